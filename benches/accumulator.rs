@@ -24,7 +24,7 @@ use stride::render::worker::Worker;
 use stride::render::{Accumulator, Configuration, Dispatch, Order, Port, SampleBatch, Schedule};
 use stride::sampling::Region;
 use stride::scene::{self, FilmMode, Filter, Scene};
-use stride::world::{self, Finder, World};
+use stride::world::{self, AcceleratorChoice, World};
 
 const WORKERS: usize = 16;
 
@@ -68,7 +68,7 @@ impl Case {
         };
         let (compiled, surfaces) =
             world::compile(&scene, size[0], size[1]).expect("a scene that can be numbered");
-        let world = Arc::new(World::new(&surfaces, Finder::default()));
+        let world = Arc::new(World::new(&surfaces, AcceleratorChoice::default()));
         let offset = film_offset(&scene.film);
         Case {
             region: Region::whole(size[0], size[1]),

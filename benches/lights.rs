@@ -20,7 +20,7 @@ use stride::math::lanes::Level;
 use stride::render::Stride;
 use stride::sampling::{Region, Sobol, Stream};
 use stride::scene::{self, Scene};
-use stride::world::{self, Finder, World};
+use stride::world::{self, AcceleratorChoice, World};
 
 const SAMPLES: u32 = 64;
 
@@ -81,7 +81,7 @@ fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> Box<dyn Int
         compiled.lights.build_uniform_tree();
     }
     let settings = Settings { sampler: Sobol { seed }.into(), offset: film_offset(&scene.film), max_depth };
-    let (scene, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Bvh)));
+    let (scene, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, AcceleratorChoice::Bvh)));
     integrator::path(NextEvent::default(), scene, world, settings)
 }
 

@@ -250,7 +250,7 @@ REFUSALS = [
     ("scenes other than the default one are left out", "its default scene is empty", True),
     ("no triangle in it", "nothing in it has a surface: points, lines, splats, an empty scene", False),
     ("vertices have no x, y and z", "nothing in it has a surface: points, lines, splats, an empty scene", False),
-    ("triangles are without area|all indices would be 0", "no triangle in it has an area", True),
+    ("triangles have zero area|all indices would be 0", "no triangle in it has an area", True),
     ("(?i:draco|meshopt|spz)", "its geometry is compressed", True),
     ("may change the triangles", "it requires an extension that may change the geometry", True),
     ("glTF version|version 1|asset.version", "glTF 1.0, or no version", True),

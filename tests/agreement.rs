@@ -1,7 +1,7 @@
-//! `path`, which asks lights directly, shows what `path-naive`, which finds them by chance, shows; and `sobol` shows
-//! what `independent` numbers show.
+//! `path`, which samples lights, agrees with `path-naive`, which finds them by chance; and `sobol` agrees with
+//! `independent` numbers.
 //!
-//! The sides have different seeds; verdicts fall at the level stated in `common::blocks`.
+//! The sides have different seeds, and are compared at the level stated in `common::blocks`.
 
 mod common;
 
@@ -34,7 +34,7 @@ fn agree(scene: Scene, spp: [u32; 2]) {
     let verdict = verdict(scene.clone(), scene, spp);
     println!("{verdict}");
     assert!(verdict.agrees(), "{verdict}");
-    // More noise than there is would let everything pass.
+    // With more noise, everything would agree.
     assert!(verdict.rms > 0.8, "{verdict}");
 }
 
@@ -44,13 +44,13 @@ fn on_the_cover() {
 }
 
 #[test]
-fn in_smallpt_s_box_whose_lamp_is_a_huge_sphere() {
+fn in_smallpt_s_box_with_a_huge_sphere_as_light() {
     let mut scene = smallpt(64, 48);
     scene.render.max_depth = 6;
     agree(scene, [2048, 512]);
 }
 
-/// A room with every kind of light: a quad, small spheres, points, a sky, and a lamp seen from inside.
+/// A room with every kind of light: a quad, small spheres, points, a sky, and a light seen from inside.
 fn many_lights() -> Scene {
     let materials =
         vec![matte([0.7, 0.6, 0.5]), matte([0.3; 3]), checkerboard(0, 1, 2.0), glass(1.5), mirror([0.9; 3])];
@@ -60,7 +60,7 @@ fn many_lights() -> Scene {
         sphere(v(5.0, -1.0, 0.9), 0.9, 4),
         sphere(v(4.0, 0.0, 0.5), 0.5, 0),
         emitting(quad(v(3.0, -1.0, 3.0), v(0.0, 1.5, 0.0), v(1.5, 0.0, 0.0), 0), 4.0),
-        // A lantern that shines inwards, open for rays to enter only through itself: dark from outside.
+        // A sphere that emits inwards, which rays can only enter through its surface: dark from outside.
         flipped(emitting(sphere(v(7.0, 2.0, 1.0), 0.7, 0), 3.0)),
     ];
     for i in 0..6 {
@@ -80,13 +80,14 @@ fn with_every_kind_of_light() {
     agree(many_lights(), [2048, 512]);
 }
 
-/// Disks, cylinders and boxes: lamps of each, one a shade that shines inwards, a can and a box of glass, and checks.
+/// Disks, cylinders and boxes: lights of each kind, one a lampshade that emits inwards, a can and a box of glass, and
+/// checks.
 fn shop() -> Scene {
     let materials =
         vec![matte([0.7, 0.6, 0.5]), matte([0.3; 3]), checkerboard(0, 1, 8.0), glass(1.5), mirror([0.9; 3])];
     let entities = vec![
         plane(v(0.0, 0.0, 1.0), 0.0, 0),
-        // Large enough for chance to find them often: rare hits would hide what differs.
+        // Large enough to be found often: rare hits would hide differences.
         emitting(disk(v(4.0, 0.5, 3.0), v(0.0, 0.6, -0.8), 1.2, 0), 2.0),
         emitting(cylinder(v(3.0, -2.0, 1.0), v(4.0, -1.5, 2.0), 0.3, 0), 2.0),
         emitting(cuboid(v(5.0, 2.0, 0.0), v(5.5, 2.5, 1.0), 0), 2.0),
@@ -108,7 +109,7 @@ fn with_disks_cylinders_and_boxes() {
     agree(shop(), [8192, 512]);
 }
 
-/// Rough metals, rough glass, a rough sheet and rough matte under a wide sun, a lamp and spots.
+/// Rough metals, rough glass, a rough sheet and rough matte under a wide sun, a light and spots.
 fn rough_surfaces() -> Scene {
     let material = |kind: MaterialKind| Material { name: "rough".into(), kind, ..Material::default() };
     let metal = |roughness| {
@@ -179,13 +180,13 @@ fn with_rough_surfaces_and_a_sun() {
     agree(rough_surfaces(), [4096, 512]);
 }
 
-/// A sheet and a box that emit textures, of which points are drawn, and a sphere whose light is found by chance.
+/// A sheet and a box that emit textures and are sampled, and a sphere whose light is only hit by chance.
 fn textured_lights() -> Scene {
     let mut scene = gallery(64, 48);
     let textured = |entity| Entity { emission_texture: Some(13), ..entity };
     scene.entities = vec![
         plane(v(0.0, 0.0, 1.0), -1.5, 6),
-        // Behind, so that no block shows the sky alone, which has no noise.
+        // Behind, so that no block shows only the sky, which has no noise.
         plane(v(-1.0, 0.0, 0.0), -8.0, 6),
         sphere(v(4.0, 1.0, -0.7), 0.8, 6),
         textured(quad(v(3.0, -1.5, 1.5), v(0.0, 2.5, 0.0), v(2.0, 0.3, 0.4), 6)),
@@ -208,12 +209,12 @@ fn among_textured_surfaces() {
 }
 
 #[test]
-fn among_mixes_holes_and_maps() {
+fn among_mixes_opacities_and_maps() {
     agree(modified(64, 48), [768, 192]);
 }
 
 #[test]
-fn inside_a_lamp() {
+fn inside_a_light() {
     // A closed sphere that emits inwards, around a matte ball.
     let materials = vec![matte([0.5; 3]), matte([0.8, 0.4, 0.2])];
     let around = flipped(emitting(sphere(v(0.0, 0.0, 0.0), 5.0, 0), 0.5));
@@ -224,7 +225,7 @@ fn inside_a_lamp() {
 
 #[test]
 fn under_a_sun_too_large_and_bright_for_single_precision() {
-    // Its power alone is past the largest float.
+    // Its power alone is above the largest float.
     let materials = vec![matte([0.5; 3])];
     let sun = emitting(sphere(v(1e15, 0.0, 8e14), 5e14, 0), 1e9);
     let lamp = emitting(sphere(v(3.0, 0.5, 0.5), 0.3, 0), 5.0);
@@ -235,7 +236,7 @@ fn under_a_sun_too_large_and_bright_for_single_precision() {
 }
 
 #[test]
-fn a_lamp_two_percent_brighter_is_noticed() {
+fn a_lamp_two_percent_brighter_is_detected() {
     let mut brighter = many_lights();
     for entity in &mut brighter.entities {
         entity.emission = entity.emission.map(|e| e * 1.02);
@@ -249,8 +250,8 @@ fn a_lamp_two_percent_brighter_is_noticed() {
     assert!(!verdict.agrees(), "{verdict}");
 }
 
-/// A picture by `sobol` that knows its own noise: of so many pictures with different seeds, each with so many samples
-/// a pixel. The spread of a picture's own samples is not its error.
+/// An image by `sobol` with a noise estimate: from images with different seeds. The spread of the samples of a single
+/// image is not its error.
 fn replicated(mut scene: Scene, replicates: u32, spp: u32) -> Estimate {
     let (width, height) = (scene.film.width, scene.film.height);
     scene.render.sampler = Sampler::Sobol;
@@ -270,7 +271,7 @@ fn replicated(mut scene: Scene, replicates: u32, spp: u32) -> Estimate {
 }
 
 #[test]
-fn sobol_shows_what_independent_numbers_show_with_less_noise() {
+fn sobol_agrees_with_independent_numbers_with_less_noise() {
     let (replicates, spp) = (32, 64);
     for (name, scene) in [("cover", cover(64, 48)), ("many lights", many_lights())] {
         for integrator in [Integrator::PathNaive, Integrator::Path] {

@@ -1,8 +1,8 @@
-//! The bits of pictures stay as they are: a digest of every scene with every integrator and sampler.
+//! The bits of images do not change: a digest of every scene with every integrator and sampler.
 //!
-//! `tests/digests.txt` holds the digests. They do not prove that a picture is right, only that it has not changed;
-//! other tests hold pictures against mathematics and independent renderers. A change that alters bits on purpose runs
-//! `STRIDE_BLESS=1 cargo test --release --test digests` and says in its commit why they change.
+//! `tests/digests.txt` contains the digests. They do not prove that an image is right, only that it has not changed;
+//! other tests compare images with mathematics and independent renderers. A change that alters bits on purpose runs
+//! `STRIDE_BLESS=1 cargo test --release --test digests` and states the reason in its commit message.
 
 mod common;
 
@@ -20,12 +20,13 @@ use stride::math::lanes::Level;
 use stride::output::read_picture;
 use stride::sampling::Region;
 use stride::scene::{Integrator, Material, MaterialKind, MatteParameters, Sampler, Scene, load};
-use stride::world::Finder;
+use stride::world::AcceleratorChoice;
 
 const INTEGRATORS: [(&str, Integrator); 3] =
     [("path", Integrator::Path), ("path-naive", Integrator::PathNaive), ("whitted", Integrator::Whitted)];
 const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("independent", Sampler::Independent)];
-const WORLDS: [(&str, Finder); 2] = [("simple", Finder::Simple), ("bvh", Finder::Bvh)];
+const WORLDS: [(&str, AcceleratorChoice); 2] =
+    [("simple", AcceleratorChoice::Simple), ("bvh", AcceleratorChoice::Bvh)];
 const SIZE: [u32; 2] = [24, 18];
 const SAMPLES: u32 = 3;
 
@@ -41,7 +42,8 @@ fn scene_files() -> BTreeMap<String, PathBuf> {
     files.map(|path| (path.file_stem().unwrap().to_string_lossy().into_owned(), path)).collect()
 }
 
-/// Every scene of the repository, and scenes that have what those lack: crowds, textures, shared meshes, lamps of triangles.
+/// Every scene of the repository, and scenes with further features: many lights, textures, shared meshes, emissive
+/// meshes.
 fn scenes() -> Vec<(String, Scene)> {
     let [width, height] = SIZE;
     let files = scene_files().into_iter().map(|(name, path)| (name, load(&path).expect("a scene").scene));
@@ -56,7 +58,7 @@ fn scenes() -> Vec<(String, Scene)> {
     files.chain(built.map(|(name, scene)| (name.to_owned(), scene))).collect()
 }
 
-/// Meshes with shading normals of every material, lit by a mesh and a point, with a thin lens.
+/// Meshes with shading normals of every material, illuminated by a mesh and a point light, with a thin lens.
 fn mesh_room(width: u32, height: u32) -> Scene {
     let ball = |centre, radius, n, material| mesh(icosphere(centre, radius, n, true), material);
     let entities = vec![
@@ -83,7 +85,7 @@ fn mesh_room(width: u32, height: u32) -> Scene {
     sized(all, width, height)
 }
 
-/// A digest, short enough to read and long enough that no two pictures share one.
+/// A digest, long enough that no two images share one.
 fn digest(words: impl IntoIterator<Item = u32>) -> String {
     let mut hash = Sha256::new();
     words.into_iter().for_each(|word| hash.update(word.to_le_bytes()));
@@ -93,12 +95,12 @@ fn digest(words: impl IntoIterator<Item = u32>) -> String {
     })
 }
 
-/// The words of a sample: its pixel and number, its place on the film, and its radiance.
+/// The words of a sample: its pixel and index, its film position, and its radiance.
 type SampleWords = [u32; 7];
 
-/// All samples and all first hits of a small picture at one level, as words, in an order of their own.
-fn traced_words(scene: &Scene, finder: Finder, level: Level) -> (Vec<SampleWords>, Vec<u32>) {
-    let integrator = common::integrator_in(scene, finder);
+/// All samples and all first hits of a small image at one level, as words, in a defined order.
+fn traced_words(scene: &Scene, accelerator: AcceleratorChoice, level: Level) -> (Vec<SampleWords>, Vec<u32>) {
+    let integrator = common::integrator_in(scene, accelerator);
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
     let paths = Paths { pixels: &pixels, first_sample: 5, samples: SAMPLES };
@@ -122,12 +124,12 @@ fn traced_words(scene: &Scene, finder: Finder, level: Level) -> (Vec<SampleWords
 }
 
 /// Digests of them.
-fn traced(scene: &Scene, finder: Finder, level: Level) -> [String; 2] {
-    let (samples, hits) = traced_words(scene, finder, level);
+fn traced(scene: &Scene, accelerator: AcceleratorChoice, level: Level) -> [String; 2] {
+    let (samples, hits) = traced_words(scene, accelerator, level);
     [digest(samples.into_iter().flatten()), digest(hits)]
 }
 
-/// The digests that are committed.
+/// The committed digests.
 fn committed() -> BTreeMap<String, String> {
     let text = fs::read_to_string(root().join("tests/digests.txt")).unwrap_or_default();
     let lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -137,7 +139,7 @@ fn committed() -> BTreeMap<String, String> {
 /// Sections are replaced one at a time.
 static FILE: Mutex<()> = Mutex::new(());
 
-/// Holds digests of one section against the committed ones, or replaces these.
+/// Compares digests of one section with the committed ones, or replaces these.
 fn hold(section: &str, found: &BTreeMap<String, String>) {
     let _file = FILE.lock();
     let (before, others): (BTreeMap<_, _>, BTreeMap<_, _>) =
@@ -159,7 +161,7 @@ fn hold(section: &str, found: &BTreeMap<String, String>) {
 }
 
 #[test]
-fn samples_keep_their_bits_at_every_level_in_every_world() {
+fn samples_are_unchanged_at_every_level_in_every_world() {
     let mut found = BTreeMap::new();
     for (name, mut scene) in scenes() {
         [scene.film.width, scene.film.height] = SIZE;
@@ -167,10 +169,10 @@ fn samples_keep_their_bits_at_every_level_in_every_world() {
             for (sampler_name, sampler) in SAMPLERS {
                 (scene.render.integrator, scene.render.sampler) = (integrator, sampler);
                 let key = format!("samples, {name}, {integrator_name}, {sampler_name}");
-                let [samples, hits] = traced(&scene, Finder::Simple, Level::available()[0]);
-                for (world, finder) in WORLDS {
+                let [samples, hits] = traced(&scene, AcceleratorChoice::Simple, Level::available()[0]);
+                for (world, accelerator) in WORLDS {
                     for level in Level::available() {
-                        let other = traced(&scene, finder, level);
+                        let other = traced(&scene, accelerator, level);
                         assert_eq!(other, [samples.clone(), hits.clone()], "{key}, {world}, {level}");
                     }
                 }
@@ -183,7 +185,7 @@ fn samples_keep_their_bits_at_every_level_in_every_world() {
 }
 
 #[test]
-fn pictures_of_the_program_keep_their_bits_for_any_number_of_threads() {
+fn images_of_the_program_are_unchanged_for_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut found = BTreeMap::new();
     for (name, path) in scene_files() {
@@ -200,7 +202,7 @@ fn pictures_of_the_program_keep_their_bits_for_any_number_of_threads() {
                     .arg(&out)
                     .output()
                     .expect("the program runs");
-                // Not every scene suits every integrator: `whitted` takes no unlimited depth.
+                // Not every scene suits every integrator: `whitted` does not support an unlimited depth.
                 if !ran.status.success() {
                     let error = String::from_utf8_lossy(&ran.stderr).into_owned();
                     assert!(error.contains("whitted"), "{key}: {error}");
@@ -217,8 +219,8 @@ fn pictures_of_the_program_keep_their_bits_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_picture_that_differs_in_one_bit_has_another_digest() {
-    let (samples, hits) = traced_words(&cover(8, 6), Finder::Simple, Level::available()[0]);
+fn images_that_differ_in_one_bit_have_different_digests() {
+    let (samples, hits) = traced_words(&cover(8, 6), AcceleratorChoice::Simple, Level::available()[0]);
     let before = digest(samples.iter().copied().flatten());
     // The lowest bit of one channel of one sample, wherever it is.
     for (sample, word) in [(0, 4), (samples.len() / 2, 5), (samples.len() - 1, 6)] {

@@ -1,6 +1,6 @@
-//! Environment pictures: where they are seen, how they are sampled, and that what is left out of sampling is not lost.
+//! Environment pictures: their orientation and their sampling, including the part that is not sampled.
 //!
-//! Directions are judged at the level stated in `common::chi_square`, pictures at that of `common::tiles`.
+//! Directions are tested at the level stated in `common::chi_square`, images at that of `common::tiles`.
 
 mod common;
 
@@ -24,9 +24,9 @@ use stride::scene::{
     ConductorParameters, EnvironmentPicture, ImageFile, Integrator, Material, MaterialKind, Scene,
 };
 use stride::texture::{Depth, Picture};
-use stride::world::{self, Finder, World};
+use stride::world::{self, AcceleratorChoice, World};
 
-/// A scene that a picture of these radiances surrounds, which are given by column and row from the upper left on.
+/// A scene surrounded by a picture of these radiances, by column and row from the upper left.
 fn surrounded(mut scene: Scene, [width, height]: [u32; 2], texel: impl Fn(u32, u32) -> [f32; 3]) -> Scene {
     let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let bytes: Vec<u8> = places.flat_map(|(x, y)| texel(x, y)).flat_map(f32::to_le_bytes).collect();
@@ -36,7 +36,7 @@ fn surrounded(mut scene: Scene, [width, height]: [u32; 2], texel: impl Fn(u32, u
     scene
 }
 
-/// A sky of 64 × 32 texels, darker below, with a sun of the given radiance and 4 × 3 texels up in the left half.
+/// A sky of 64 × 32 texels, darker below, with a sun of the given radiance and 4 × 3 texels in the upper left half.
 fn sky(scene: Scene, sun: f32) -> Scene {
     surrounded(scene, [64, 32], |x, y| {
         let light = if (14..18).contains(&x) && (8..11).contains(&y) { sun } else { 0.0 };
@@ -45,7 +45,7 @@ fn sky(scene: Scene, sun: f32) -> Scene {
     })
 }
 
-/// The middle of that sun.
+/// The centre of that sun.
 fn towards_sun() -> DVec3 {
     let (azimuth, polar) = ((0.5 - 16.0 / 64.0) * 2.0 * PI, 9.5 / 32.0 * PI);
     v(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos())
@@ -56,7 +56,7 @@ fn asked(mut scene: Scene, integrator: Integrator) -> Scene {
     scene
 }
 
-/// What a ray sees that leaves in a direction, and the density with which that direction is drawn.
+/// The radiance of a ray that leaves in a direction, and the density of sampling that direction.
 fn escaped(scene: &world::CompiledScene, d: Vec3<f32>) -> ([f32; 3], f32) {
     let density = Cell::new(0.0);
     let weight = |pdf| {
@@ -66,8 +66,8 @@ fn escaped(scene: &world::CompiledScene, d: Vec3<f32>) -> ([f32; 3], f32) {
     (scene.lights.escaped(d, weight).lane(0), density.get())
 }
 
-/// Of 16 columns those about the middle are red, those left of it green, those right of it blue, the others white; of 8
-/// rows the highest are yellow, the lowest black.
+/// Of 16 columns, those about the centre are red, those to its left green, those to its right blue, and the others
+/// white; of 8 rows, the highest are yellow and the lowest black.
 fn compass(scene: Scene) -> Scene {
     surrounded(scene, [16, 8], |x, y| match (x, y) {
         (_, 0..2) => [1.0, 1.0, 0.0],
@@ -86,7 +86,7 @@ const BEHIND: [f32; 3] = [1.0; 3];
 const ABOVE: [f32; 3] = [1.0, 1.0, 0.0];
 const BELOW: [f32; 3] = [0.0; 3];
 
-/// What a camera sees that looks along an axis.
+/// The colour in the view of a camera along an axis.
 fn seen(scene: &Scene, forward: DVec3) -> [f32; 3] {
     let mut scene = sized(scene.clone(), 1, 1);
     scene.render.samples = 1;
@@ -98,7 +98,7 @@ fn seen(scene: &Scene, forward: DVec3) -> [f32; 3] {
 }
 
 #[test]
-fn a_camera_sees_each_side_where_the_contract_says() {
+fn each_side_has_its_documented_direction() {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let turned = |rotate: f64, up: DVec3| {
         let mut scene = compass(scene(vec![], vec![]));
@@ -106,7 +106,7 @@ fn a_camera_sees_each_side_where_the_contract_says() {
         (picture.rotate, picture.up) = (rotate, up);
         scene
     };
-    // The direction of each side, ahead, left and up; those opposite follow.
+    // The direction of each side, ahead, left and up, followed by the opposite ones.
     for (rotate, up, ahead, left) in [
         (0.0, z, x, y),
         (FRAC_PI_2, z, y, -x),
@@ -130,14 +130,14 @@ fn a_camera_sees_each_side_where_the_contract_says() {
 }
 
 #[test]
-fn radiance_is_bilinear_scaled_and_goes_on_around_the_edges() {
+fn radiance_is_bilinear_scaled_and_periodic() {
     let texel = |x: u32, y: u32| [x as f32 + 10.0 * y as f32, 1.0, 0.5];
     let mut scene = surrounded(scene(vec![], vec![]), [8, 4], texel);
     scene.environment_picture.as_mut().expect("a picture").scale = [2.0, 3.0, 4.0];
     let (compiled, _) = world::compile(&scene, 16, 16).unwrap();
     let clamped = |y: i32| y.clamp(0, 3) as u32;
     for i in 0..400 {
-        // From the upper left on, in texels.
+        // From the upper left, in texels.
         let (x, y) = (f64::from(i % 20) / 20.0 * 8.0 + 0.13, f64::from(i / 20) / 20.0 * 4.0 + 0.07);
         let (azimuth, polar) = ((0.5 - x / 8.0) * 2.0 * PI, y / 4.0 * PI);
         let d = v(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
@@ -154,10 +154,10 @@ fn radiance_is_bilinear_scaled_and_goes_on_around_the_edges() {
     }
 }
 
-/// A strong sun in a sky: within a cone around the sun, and outside of it.
+/// A strong sun in a sky: within a cone around the sun, and outside it.
 #[test]
 fn directions_follow_their_density() {
-    // For `path` only what is brighter than the mean is drawn, for `whitted` all.
+    // `path` samples only radiance above the mean, `whitted` all of it.
     for (i, integrator) in [Integrator::Path, Integrator::Whitted].into_iter().enumerate() {
         let sky = asked(sky(scene(vec![], vec![]), 300.0), integrator);
         let (compiled, _) = world::compile(&sky, 16, 16).unwrap();
@@ -167,7 +167,7 @@ fn directions_follow_their_density() {
         let is_near = |d: Vec3<f32>| wide(d).dot(sun) > cone;
         for near in [true, false] {
             if !near && integrator == Integrator::Path {
-                // Nothing is drawn there.
+                // Nothing is sampled there.
                 continue;
             }
             let drawn = |u: [f32; 4]| Some(sample(u).wi).filter(|&d| is_near(d) == near);
@@ -178,7 +178,7 @@ fn directions_follow_their_density() {
             let right = outcome(&|d| escaped(&compiled, d).1);
             assert!(right.agrees(3), "{integrator:?}, {near}: {right:?}");
             if near {
-                // Negative control: a density that lies a tenth of a texel beside the radiance.
+                // Negative control: a density that is off by a tenth of a texel from the radiance.
                 let turn = glam::DQuat::from_rotation_z(0.1 / 64.0 * 2.0 * PI);
                 let shifted = outcome(&|d| escaped(&compiled, narrow(turn * wide(d))).1);
                 assert!(!shifted.agrees(1_000_000), "{integrator:?}: {shifted:?}");
@@ -188,7 +188,7 @@ fn directions_follow_their_density() {
 }
 
 #[test]
-fn a_sample_carries_the_density_and_the_radiance_of_its_direction() {
+fn a_sample_has_the_density_and_the_radiance_of_its_direction() {
     let sky = sky(scene(vec![], vec![]), 300.0);
     let (compiled, _) = world::compile(&sky, 16, 16).unwrap();
     let (mut most, mut least) = (0.0_f32, f32::INFINITY);
@@ -201,7 +201,7 @@ fn a_sample_carries_the_density_and_the_radiance_of_its_direction() {
         let weight = sample.weight().max_channel();
         (most, least) = (most.max(weight), least.min(weight));
     }
-    // Nearly all of it is in proportion: at the foot of the sun the mean counts that is left out.
+    // Nearly proportional: at the edge of the sun, the subtracted mean matters.
     assert!(most / least < 3.0, "{least} to {most}");
 }
 
@@ -211,7 +211,7 @@ fn conductor(roughness: f64) -> Material {
     Material { name: "metal".into(), kind: MaterialKind::Conductor(metal), ..matte([0.0; 3]) }
 }
 
-/// Matte and metal balls on a matte floor, and a lamp.
+/// Matte and metal balls on a matte floor, and a light.
 fn balls() -> Scene {
     let materials = vec![matte([0.6, 0.5, 0.4]), conductor(0.5), conductor(0.0), matte([0.0; 3])];
     let entities = vec![
@@ -227,7 +227,7 @@ fn balls() -> Scene {
 }
 
 #[test]
-fn path_shows_what_path_naive_shows() {
+fn path_agrees_with_path_naive() {
     let lit = sky(balls(), 40.0);
     let naive = replicates(Method::PathNaive, Numbers::Independent, &lit, 160, 100);
     for (numbers, seed) in [(Numbers::Independent, 200), (Numbers::Sobol, 300)] {
@@ -236,18 +236,18 @@ fn path_shows_what_path_naive_shows() {
         println!("{numbers:?}: {verdict}");
         assert!(verdict.agrees(2), "{numbers:?}: {verdict}");
     }
-    // Negative control: a picture that is turned by two texels.
+    // Negative control: a map that is rotated by two texels.
     let mut turned = lit.clone();
     turned.environment_picture.as_mut().expect("a picture").rotate += PI / 16.0;
     let path = replicates(Method::Path, Numbers::Sobol, &turned, 24, 400);
     assert!(!welch(&naive, &path).agrees(1_000_000));
 }
 
-/// Replicates by `whitted` over a scene that is compiled for an integrator.
+/// Replicates by `whitted` of a scene that is compiled for an integrator.
 fn whitted(scene: &Scene, compiled_for: Integrator, samples: u32, seed: u32) -> Replicates {
     let size = [scene.film.width, scene.film.height];
     let (compiled, surfaces) = world::compile(&asked(scene.clone(), compiled_for), size[0], size[1]).unwrap();
-    let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Simple)));
+    let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, AcceleratorChoice::Simple)));
     let pixels: Vec<_> =
         (0..size[0] * size[1]).map(|place| Region::whole(size[0], size[1]).pixel(place)).collect();
     Replicates::of(size, samples, |replicate, take| {
@@ -261,10 +261,10 @@ fn whitted(scene: &Scene, compiled_for: Integrator, samples: u32, seed: u32) -> 
     })
 }
 
-/// `whitted` finds no light but by sampling it, so that for it nothing may be left out. Where all is matte, it shows what
-/// paths of one bounce show.
+/// `whitted` finds lights only by sampling, so it must sample everything. With matte materials it agrees with paths of
+/// one bounce.
 #[test]
-fn whitted_samples_all_of_a_picture() {
+fn whitted_samples_the_whole_map() {
     let mut lit = sky(sized(balls(), 32, 16), 40.0);
     lit.materials = vec![matte([0.6, 0.5, 0.4]); 4];
     lit.render.max_depth = 1;
@@ -272,12 +272,12 @@ fn whitted_samples_all_of_a_picture() {
     let right = welch(&path, &whitted(&lit, Integrator::Whitted, 48, 600));
     println!("{right}");
     assert!(right.agrees(1), "{right}");
-    // Negative control: where it samples what is brighter than the mean alone, the sky is lost.
+    // Negative control: if it samples only radiance above the mean, the sky is lost.
     assert!(!welch(&path, &whitted(&lit, Integrator::Path, 48, 700)).agrees(1_000_000));
 }
 
 #[test]
-fn in_a_white_furnace_nothing_is_seen() {
+fn white_furnaces_are_invisible() {
     let (materials, entities) = (vec![matte([1.0; 3])], vec![sphere(v(3.0, 0.0, 0.0), 1.5, 0)]);
     for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
         let mut furnace =
@@ -290,9 +290,9 @@ fn in_a_white_furnace_nothing_is_seen() {
     }
 }
 
-/// A floor under a radiance of 1 + cos θ sends back 5/3 of its reflectance.
+/// A floor under a radiance of 1 + cos θ reflects 5/3 of its reflectance.
 #[test]
-fn a_floor_shows_the_irradiance_of_the_picture() {
+fn a_floor_receives_the_irradiance_of_the_picture() {
     let floor = vec![quad(v(-500.0, -500.0, 0.0), v(1000.0, 0.0, 0.0), v(0.0, 1000.0, 0.0), 0)];
     let height = 64;
     for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
@@ -310,28 +310,28 @@ fn a_floor_shows_the_irradiance_of_the_picture() {
 }
 
 #[test]
-fn what_is_negative_or_not_finite_is_dark_or_the_largest_there_is() {
+fn invalid_radiance_is_replaced() {
     let odd = surrounded(scene(vec![], vec![]), [4, 2], |x, y| match (x, y) {
         (0, _) => [-1.0, f32::NAN, f32::INFINITY],
         _ => [1.0; 3],
     });
     let (compiled, _) = world::compile(&odd, 16, 16).unwrap();
-    // The middle of the first column is behind and to the left.
+    // The centre of the first column is behind and to the left.
     let azimuth = (0.5 - 0.125) * 2.0 * PI;
     let (radiance, pdf) = escaped(&compiled, narrow(v(azimuth.cos(), azimuth.sin(), 0.0)));
-    // The rounding of the direction mixes in a little of the next column.
+    // The rounding of the direction mixes in a small part of the next column.
     assert!(radiance[0] == 0.0 && radiance[1] < 1e-4, "{radiance:?}");
     assert_eq!(radiance[2], (1_u32 << 30) as f32);
     assert!(pdf.is_finite() && pdf > 0.0);
-    // A picture without any light is none.
+    // A black picture is no light.
     let dark = surrounded(scene(vec![], vec![]), [4, 2], |_, _| [-1.0; 3]);
     let (compiled, _) = world::compile(&dark, 16, 16).unwrap();
     assert!(compiled.lights.is_empty());
 }
 
-/// A picture that is larger than its grid may be.
+/// A picture may be larger than its sampling grid.
 #[test]
-fn large_pictures_are_sampled_by_coarser_grids() {
+fn large_maps_are_sampled_by_coarser_grids() {
     let large =
         surrounded(scene(vec![], vec![]), [2500, 4], |x, y| [if x == 1234 && y == 1 { 1e4 } else { 0.1 }; 3]);
     let (compiled, _) = world::compile(&asked(large, Integrator::Whitted), 16, 16).unwrap();
@@ -343,7 +343,8 @@ fn large_pictures_are_sampled_by_coarser_grids() {
         let u = [(i as f32 + 0.5) / draws as f32, (i.reverse_bits() >> 8) as f32 / 16_777_216.0];
         sum += f64::from(compiled.lights.sample(Wrapping(0), Vec3::zero(), u).weight().r);
     }
-    // The texel's solid angle times its radiance, and that of the rest: bilinear, so that texels stand for areas.
+    // The texel's solid angle times its radiance, and that of the rest, with bilinear interpolation, so that texels
+    // represent areas.
     let polar = |y: f64| y / 4.0 * PI;
     let rows: f64 = (0..2000)
         .map(|i| {

@@ -1,8 +1,7 @@
-//! Furnaces: scenes whose radiance is known exactly, whatever way a path takes, for every path integrator
-//! and sampler.
+//! Furnaces: scenes whose radiance is known exactly for all paths, with every path integrator and sampler.
 //!
-//! A mean over paths must be within five standard errors of what it should be; of a true mean that fails
-//! once in 1.7 million times. Where every path finds the same, only rounding is allowed for.
+//! A mean over paths must be within five standard errors of the exact value, which fails once in 1.7 million times for
+//! a correct mean. Where every path has the same radiance, only rounding is allowed.
 
 mod common;
 
@@ -16,16 +15,16 @@ use stride::scene::{Scene, UNLIMITED};
 
 const METHODS: [Method; 3] = [Method::PathNaive, Method::Path, Method::PathWithoutRoulette];
 
-/// Deep enough that no path sees the limit, for methods that need one.
+/// Deep enough that no path reaches the limit, for methods that need one.
 const NO_LIMIT: u32 = 10_000;
 
-/// How many standard errors a mean may be off.
+/// The allowed deviation of a mean, in standard errors.
 const ERRORS: f64 = 5.0;
 
-/// What rounding may add up to along a path, relative.
+/// The allowed relative rounding error along a path.
 const ROUNDING: f64 = 2e-5;
 
-/// The mean radiance of a picture, all of whose pixels should be alike, and its standard error.
+/// The mean radiance of an image whose pixels should all be equal, and its standard error.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
     mean: f64,
@@ -38,8 +37,7 @@ impl Mean {
     }
 }
 
-/// The mean of a picture from 16 replicates with different seeds: their spread is the error, whatever the
-/// sampler.
+/// The mean of an image from 16 replicates with different seeds, and its standard error for any sampler.
 fn mean(scene: &Scene, method: Method, numbers: common::tracers::Numbers, samples: u32) -> Mean {
     const REPLICATES: u32 = 16;
     let count = f64::from(scene.film.width * scene.film.height * samples);
@@ -60,13 +58,13 @@ fn mean(scene: &Scene, method: Method, numbers: common::tracers::Numbers, sample
     Mean { mean, error: (squares / (n - 1.0) / n).sqrt() }
 }
 
-/// Demands a radiance of each method with each sampler.
+/// Requires a radiance from each method with each sampler.
 fn shows(scene: &Scene, methods: &[Method], samples: u32, expected: f64) {
     for &method in methods {
         for numbers in NUMBERS {
             let mean = mean(scene, method, numbers, samples);
             assert!(mean.is(expected), "{method:?}, {numbers:?}: {mean:?} is not {expected}");
-            // Noise that hides 1% would prove nothing.
+            // The noise must be small enough to detect 1%.
             assert!(ERRORS * mean.error < 0.01 * expected, "{method:?}, {numbers:?}: {mean:?} is too noisy");
         }
     }
@@ -81,7 +79,7 @@ fn inside(emission: f64, albedo: f64, max_depth: u32) -> Scene {
 }
 
 #[test]
-fn each_bounce_in_a_glowing_sphere_adds_half_of_the_last() {
+fn each_bounce_in_an_emitting_sphere_adds_half_of_the_last() {
     // Σ ½·½ᵏ for k = 0…d.
     for depth in [0, 1, 2, 3, 5, 10] {
         shows(&inside(0.5, 0.5, depth), &METHODS, 64, 1.0 - 0.5_f64.powi(depth as i32 + 1));
@@ -89,9 +87,9 @@ fn each_bounce_in_a_glowing_sphere_adds_half_of_the_last() {
 }
 
 #[test]
-fn without_limit_the_glowing_sphere_is_white() {
+fn without_a_depth_limit_the_glowing_sphere_is_white() {
     shows(&inside(0.5, 0.5, UNLIMITED), &[Method::Path], 256, 1.0);
-    // ½²⁰⁰ is nothing.
+    // ½²⁰⁰ is negligible.
     shows(&inside(0.5, 0.5, 200), &[Method::PathNaive, Method::PathWithoutRoulette], 16, 1.0);
 }
 
@@ -106,10 +104,10 @@ fn radiance_in_a_closed_sphere_is_emission_over_one_minus_albedo() {
 }
 
 #[test]
-fn paths_that_lose_little_or_nothing_come_to_an_end() {
-    // A hundred bounces and more: what ends long paths for good must not darken them.
+fn paths_with_little_or_no_loss_end() {
+    // A hundred bounces and more: ending long paths must not darken them.
     shows(&inside(0.01, 0.99, UNLIMITED), &[Method::Path], 64, 1.0);
-    // Between perfect mirrors, and in clear glass all around, nothing else would end a path.
+    // Between perfect mirrors, and inside clear glass, nothing else would end a path.
     for material in [matte([1.0; 3]), mirror([1.0; 3]), glass(1.5)] {
         let mut hall = inside(0.0, 0.5, UNLIMITED);
         hall.materials = vec![material];
@@ -119,21 +117,21 @@ fn paths_that_lose_little_or_nothing_come_to_an_end() {
 }
 
 #[test]
-fn a_ball_in_the_glowing_sphere_of_the_same_albedo_cannot_be_told_from_it() {
+fn a_ball_in_the_glowing_sphere_is_invisible() {
     // Every surface emits ½ and reflects ½: one closed furnace of several lights and shapes.
     let glowing = |entity| emitting(entity, 0.5);
     let mut room = inside(0.5, 0.5, UNLIMITED);
     room.entities.push(glowing(sphere(v(1.2, 0.2, 0.0), 0.4, 0)));
-    // Both sides of a quad are seen, and it emits on one: so there are two, back to back.
+    // Both sides of a quad are visible, and only one emits: so there are two, back to back.
     let sheet = || quad(v(1.0, -1.0, -0.3), DVec3::X * 0.5, DVec3::Y * 0.5, 0);
     room.entities.push(glowing(sheet()));
     let mut back = flipped(glowing(sheet()));
     let stride::scene::Shape::Quad(quad) = &mut back.shape else { unreachable!() };
     quad.corner.z -= 1e-3;
-    // The gap between them is dark at the rim only where a path creeps in, which none does within 10⁻³.
+    // The gap between them is only dark for paths that enter it at the rim, which no path does within 10⁻³.
     room.entities.push(back);
     room.entities.push(glowing(cuboid(v(0.6, 0.5, -0.9), v(0.9, 0.7, -0.4), 0)));
-    // A can, closed: a path that slipped in would find the dark.
+    // A closed can: a path that entered it would find no light.
     let (bottom, top) = (v(1.0, -0.4, 0.3), v(1.3, -0.3, 0.9));
     let axis = (top - bottom).normalize();
     room.entities.push(glowing(cylinder(bottom, top, 0.2, 0)));
@@ -142,7 +140,7 @@ fn a_ball_in_the_glowing_sphere_of_the_same_albedo_cannot_be_told_from_it() {
     shows(&room, &[Method::Path], 256, 1.0);
 }
 
-/// White things in a white sky, for both kinds of path: radiance is one wherever one looks.
+/// White objects in a white sky, for both path integrators: radiance is one in every direction.
 fn white_sky(materials: Vec<stride::scene::Material>, last: usize) -> Scene {
     let entities = vec![
         sphere(v(4.0, 0.8, 0.2), 1.0, last),
@@ -157,7 +155,7 @@ fn white_sky(materials: Vec<stride::scene::Material>, last: usize) -> Scene {
 }
 
 #[test]
-fn white_matter_in_a_white_sky_is_invisible() {
+fn white_matte_in_a_white_sky_is_invisible() {
     let white = [1.0; 3];
     let skies = [
         white_sky(vec![matte(white)], 0),
@@ -172,12 +170,12 @@ fn white_matter_in_a_white_sky_is_invisible() {
 
 #[test]
 fn clear_glass_in_a_white_sky_is_invisible() {
-    // What is closed alone: what enters it comes out again, and radiance with it. Behind a lone sheet of glass
-    // the world would be dense, and its sky as much brighter.
+    // Only closed shapes: light that enters leaves again with its radiance. Behind a single sheet of glass, the world
+    // would be dense, and its sky brighter.
     let mut sky = white_sky(vec![glass(1.5), matte([1.0; 3])], 0);
     sky.entities[2].material = 1;
     sky.entities[3].material = 1;
-    // And what is closed: a box, and a can of three.
+    // And closed combinations: a box, and a can of three pieces.
     sky.entities.push(cuboid(v(2.5, -0.3, -0.8), v(3.0, 0.4, 0.1), 0));
     sky.entities.push(cylinder(v(2.6, 0.5, 0.6), v(2.6, -0.6, 0.7), 0.3, 0));
     let axis = v(0.0, -1.1, 0.1).normalize();
@@ -189,7 +187,7 @@ fn clear_glass_in_a_white_sky_is_invisible() {
 }
 
 #[test]
-fn an_albedo_two_percent_off_is_noticed() {
+fn an_albedo_two_percent_off_is_detected() {
     for numbers in NUMBERS {
         for method in METHODS {
             let mean = mean(&inside(0.5, 0.51, 200), method, numbers, 64);
@@ -202,7 +200,7 @@ fn an_albedo_two_percent_off_is_noticed() {
 }
 
 #[test]
-fn a_furnace_cut_off_one_bounce_too_soon_is_noticed() {
+fn a_furnace_with_one_bounce_too_few_is_detected() {
     let mean = mean(&inside(0.5, 0.5, 4), Method::Path, NUMBERS[0], 64);
     assert!(mean.is(1.0 - 0.5_f64.powi(5)) && !mean.is(1.0 - 0.5_f64.powi(6)), "{mean:?}");
 }
@@ -223,12 +221,12 @@ fn coarse_ball(material: stride::scene::Material) -> Vec<f64> {
 
 #[test]
 fn coarse_balls_with_smooth_normals_have_no_dark_rim() {
-    // Grey matter is the negative control.
+    // Grey matte is the negative control.
     for (material, is_white) in [(glass(1.5), true), (mirror([1.0; 3]), true), (matte([0.9; 3]), false)] {
         let pixels = coarse_ball(material.clone());
         let dark = pixels.iter().filter(|&&pixel| pixel < 0.99).count();
         let mean = pixels.iter().sum::<f64>() / pixels.len() as f64;
-        // Mitsuba 3 shows 26 darker pixels, as it does not look at the true normal; nothing leaks here instead.
+        // Mitsuba 3 has 26 darker pixels, as it ignores the true normal; nothing leaks here instead.
         assert_eq!(dark <= 26, is_white, "{dark} of {} pixels: {material:?}", pixels.len());
         // Roulette makes up for the few paths that are kept inside.
         assert!(mean < 1.0 + 1e-3, "{mean}: {material:?}");

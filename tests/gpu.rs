@@ -1,4 +1,4 @@
-//! GPU workers in the place of CPU workers: the same channels, the same accumulator.
+//! GPU workers in place of CPU workers: the same channels, the same accumulator.
 #![cfg(feature = "gpu")]
 
 mod common;
@@ -22,7 +22,7 @@ use stride::scene::{
     Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
     PlaneParameters, RenderSettings, Sampler, Scene, Shape, SphereParameters,
 };
-use stride::world::{Finder, World, compile};
+use stride::world::{AcceleratorChoice, World, compile};
 
 /// A mirror sphere and a light over a matte floor.
 fn scene(width: u32, height: u32) -> Scene {
@@ -53,7 +53,7 @@ fn scene(width: u32, height: u32) -> Scene {
     }
 }
 
-/// What looks at first hits for all layers of a scene.
+/// The tracer of first hits for all layers of a scene.
 fn first_hit_tracer(scene: &Scene, threads: usize) -> FirstHitTracer {
     let (integrator, level) = (Arc::from(common::integrator(scene)), Level::available()[0]);
     let layers = LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len());
@@ -61,7 +61,7 @@ fn first_hit_tracer(scene: &Scene, threads: usize) -> FirstHitTracer {
     FirstHitTracer { integrator, level, layers, region, threads }
 }
 
-/// Renders with so many GPU workers, or not at all where there is no GPU and that is allowed.
+/// Renders with a number of GPU workers; `None` where there is no GPU and that is allowed.
 fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
     let device = match gpu::Device::open(None) {
         Ok(device) => device,
@@ -75,7 +75,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
     };
     let (width, height) = (scene.film.width, scene.film.height);
     let (compiled, surfaces) = compile(scene, width, height).unwrap();
-    let world = World::new(&surfaces, Finder::Fastest);
+    let world = World::new(&surfaces, AcceleratorChoice::Fastest);
     let region = Region::whole(width, height);
     let (batches_out, batches) = bounded(2 * workers as usize);
     let (_changes_out, changes) = bounded(1);
@@ -122,7 +122,7 @@ fn the_film_is_the_same_in_every_run_and_for_any_number_of_workers() {
         assert!(other.film == alone.film, "{workers} workers make another film");
         assert_eq!(other.totals.rays, alone.totals.rays);
     }
-    // Layers are the CPU's, of the first samples.
+    // Layers are traced on the CPU, from the first samples.
     let traced = |end| first_hit_tracer(&scene, 1).trace_first_hits(Stride::ALL, 0..64 * 48, &(0..end)).sums;
     assert!(*alone.film.first_hits() == traced(40) && traced(32) == traced(40) && traced(31) != traced(40));
     // Negative control: one sample more makes another film.
@@ -157,7 +157,7 @@ fn program(folder: &Path, device: &str, more: &[&str]) -> Option<Value> {
 }
 
 #[test]
-fn both_devices_together_make_the_whole_picture_and_report_their_reproducibility() {
+fn cpu_and_gpu_together_render_the_whole_image_and_report_reproducibility() {
     let dir = tempfile::tempdir().unwrap();
     let all = ["--spp", "64", "--layers", "all", "--film", "a.film", "-o", "a.exr"];
     let Some(stats) = program(dir.path(), "all", &all) else { return };
@@ -168,7 +168,7 @@ fn both_devices_together_make_the_whole_picture_and_report_their_reproducibility
     assert_eq!((&stats["spp"], &stats["samples"]), (&64.0.into(), &(64 * 48 * 64).into()));
     assert!(stats["promise"].as_str().expect("words").contains("statistically"), "{stats}");
     assert!(stats["lost"].is_null());
-    // The same numbers on both devices: what differs from the CPU's picture is rounding.
+    // Both devices use the same random numbers: the differences from the CPU's image are rounding errors.
     program(dir.path(), "cpu", &["--spp", "64", "--layers", "all", "--film", "b.film", "-o", "b.exr"]);
     let [all, cpu] = ["a.exr", "b.exr"]
         .map(|name| stride::output::read_picture(&dir.path().join(name)).expect("a picture").1.rgb);
@@ -208,7 +208,7 @@ fn two_runs_on_the_gpu_write_the_same_files() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_a_gpu_render_with_its_samples() {
+fn an_interrupted_gpu_render_keeps_its_samples() {
     for device in ["gpu", "all"] {
         let dir = tempfile::tempdir().unwrap();
         if program(dir.path(), device, &["--spp", "1", "-o", "o.exr"]).is_none() {
@@ -221,7 +221,7 @@ fn an_interrupt_ends_a_gpu_render_with_its_samples() {
             .args(["--samples", "a.npy", "--device", device])
             .current_dir(dir.path());
         let mut run = Watched::start(command, dir.path());
-        // Until some samples are there: the dump has a header from the start.
+        // Until there are samples: the dump has a header from the start.
         run.wait_for("a.npy", |dump| std::fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
         run.interrupt();
         let (code, said) = run.end();
@@ -245,7 +245,7 @@ fn a_killed_and_resumed_gpu_render_is_the_same() {
         command.current_dir(dir.path());
         command
     };
-    // Killed once when a film has just been written, and again among the writes of later ones. Nobody waits for the end.
+    // Killed once when a film has just been written, and again during later writes. The end is not awaited.
     let endless = "4000000000";
     let mut begun = Watched::start(render("--film", endless), dir.path());
     begun.wait_for("part.film", Path::exists);
@@ -262,14 +262,14 @@ fn a_killed_and_resumed_gpu_render_is_the_same() {
     program(dir.path(), "gpu", &whole);
     let bytes = |name: &str| std::fs::read(dir.path().join(name)).expect(name);
     assert!(bytes("part.exr") == bytes("whole.exr") && bytes("part.film") == bytes("whole.film"));
-    // Negative control: a sample less makes other files.
+    // Negative control: one sample less makes other files.
     program(dir.path(), "gpu", &["--spp", &less, "--film", "less.film", "-o", "less.exr"]);
     assert!(bytes("less.exr") != bytes("whole.exr") && bytes("less.film") != bytes("whole.film"));
 }
 
 #[test]
 fn without_an_adapter_all_uses_the_cpu_and_gpu_is_an_error_with_a_remedy() {
-    // Loaders look for drivers where these say.
+    // Loaders search for drivers where these variables point.
     let run = |device: &str| {
         let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
         let dir = tempfile::tempdir().unwrap();

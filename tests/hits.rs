@@ -1,4 +1,4 @@
-//! What becomes of a hit: the point, its normal and uv, and rays that leave it again.
+//! Hits: points, normals and uv, and rays that leave the surface.
 
 mod common;
 
@@ -12,8 +12,8 @@ use stride::scene::{
     CylinderParameters, DiskParameters, Entity, PlaneParameters, QuadParameters, Scene, Shape,
     SphereParameters,
 };
-use stride::shape::{Cylinder, NOTHING, Rare, offset_origin};
-use stride::world::{CompiledScene, Finder, Hit, SurfacePoint, World, compile};
+use stride::shape::{CustomShape, Cylinder, NOTHING, offset_origin};
+use stride::world::{AcceleratorChoice, CompiledScene, Hit, SurfacePoint, World, compile};
 
 fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
@@ -47,7 +47,7 @@ struct Alone {
 impl Alone {
     fn new(entity: Entity) -> Alone {
         let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![entity]), 16, 16).unwrap();
-        Alone { tables, world: World::new(&surfaces, Finder::Simple) }
+        Alone { tables, world: World::new(&surfaces, AcceleratorChoice::Simple) }
     }
 
     fn meet(&self, ray: &Ray<f32>) -> Option<SurfacePoint<f32>> {
@@ -74,7 +74,8 @@ fn a_planes_uv_are_lengths_from_its_point_nearest_the_origin() {
     let floor = Alone::new(plane(DVec3::Z, -3.0, 0));
     close(floor.uv(&ray(v(2.5, -1.25, 0.0), down)), [2.5, -1.25]);
     close(floor.uv(&ray(v(-0.5, 7.0, -5.0), DVec3::Z)), [-0.5, 7.0]);
-    // Any plane: the origin's foot has uv (0, 0), and uv are distances along the axes of Duff's frame.
+    // For any plane: the foot of the perpendicular from the origin has uv (0, 0), and uv are distances along the axes
+    // of Duff's frame.
     let stream = &mut Stream::new(5, 0, 0);
     for _ in 0..100 {
         let n = direction(stream);
@@ -104,7 +105,7 @@ fn a_spheres_uv_are_its_angles() {
     close(from(DVec3::Z), [0.0, 0.0]);
     close(from(DVec3::NEG_Z), [0.0, 1.0]);
     close(from(v(1.0, 1.0, 2.0_f64.sqrt()).normalize()), [0.125, 0.25]);
-    // From inside they are the same, and so they are where outward is turned.
+    // They are the same from inside and with flipped normals.
     close(ball.uv(&ray(v(5.0, 0.0, 0.0), DVec3::Y)), [0.25, 0.5]);
     let turned = Alone::new(flipped(sphere(v(5.0, 0.0, 0.0), 2.0, 0)));
     close(turned.uv(&ray(v(5.0, 0.0, 0.0), DVec3::Y)), [0.25, 0.5]);
@@ -142,7 +143,7 @@ fn a_disks_uv_are_its_angle_and_the_distance_from_its_centre() {
 }
 
 #[test]
-fn a_cylinders_uv_are_its_angle_and_the_share_of_its_length() {
+fn a_cylinders_uv_are_its_angle_and_relative_length() {
     let (from, to) = (v(1.0, 2.0, 3.0), v(1.0, 2.0, 7.0));
     let pillar = Alone::new(cylinder(from, to, 2.0, 0));
     for (turns, share) in [(0.125, 0.5), (0.25, 0.001), (0.75, 0.999), (0.4, 0.25)] {
@@ -153,7 +154,7 @@ fn a_cylinders_uv_are_its_angle_and_the_share_of_its_length() {
     }
     let turned = Alone::new(flipped(cylinder(from, to, 2.0, 0)));
     close(turned.uv(&ray(v(9.0, 2.0, 4.0), DVec3::NEG_X)), [0.0, 0.25]);
-    // Of any axis, u grows counter-clockwise as seen from its end, from the first axis of Duff's frame.
+    // For any axis, u increases counter-clockwise as seen from its end, starting at the first axis of Duff's frame.
     let axis = v(0.6, -0.48, 0.64);
     let frame = Frame::around(narrow(axis));
     let tilted = Alone::new(cylinder(from, from + axis * 3.0, 2.0, 0));
@@ -161,10 +162,10 @@ fn a_cylinders_uv_are_its_angle_and_the_share_of_its_length() {
 }
 
 #[test]
-fn a_boxs_uv_run_over_each_side_upright() {
+fn a_boxs_uv_cover_each_side_upright() {
     let crate_ = Alone::new(cuboid(v(1.0, 2.0, 3.0), v(3.0, 6.0, 4.0), 0));
     let middle = v(2.0, 4.0, 3.5);
-    // Seen from without, u goes to the right and v up; up is z, or y on top and below.
+    // Seen from outside, u increases to the right and v upwards; up is z, or y on the top and the bottom.
     for (n, up) in [
         (DVec3::X, DVec3::Z),
         (DVec3::NEG_X, DVec3::Z),
@@ -176,18 +177,18 @@ fn a_boxs_uv_run_over_each_side_upright() {
         let size = v(2.0, 4.0, 1.0);
         for (a, b) in [(0.5, 0.5), (0.25, 0.75), (0.999, 0.001)] {
             let target = middle + (n * 0.5 + up.cross(n) * (a - 0.5) + up * (b - 0.5)) * size;
-            // A side reaches over its edges by some roundings.
+            // A side extends beyond its edges by a few ulp.
             let [u, w] = crate_.uv(&ray(target + n, -n)).map(f64::from);
             assert!((u - a).abs() < 1e-5 && (w - b).abs() < 1e-5, "({u}, {w}) is not ({a}, {b})");
             assert_eq!(wide(crate_.meet(&ray(target + n, -n)).unwrap().n), n);
         }
     }
-    // One entity, whichever side is met.
+    // One entity, whichever side is hit.
     assert!((0..6).all(|row| crate_.tables.surfaces.entity(row) == 0));
 }
 
 #[test]
-fn normals_are_outward_from_either_side_and_flip_turns_them() {
+fn normals_are_outward_from_either_side_and_flip_reverses_them() {
     let outward = |entity: Entity, o: DVec3, d: DVec3| wide(Alone::new(entity).meet(&ray(o, d)).unwrap().n);
     let floor = || plane(DVec3::Z, -3.0, 0);
     let sheet = || quad(v(-1.0, -1.0, -3.0), DVec3::X * 2.0, DVec3::Y * 2.0, 0);
@@ -214,7 +215,7 @@ fn normals_are_outward_from_either_side_and_flip_turns_them() {
     assert_eq!(outward(flipped(ball()), v(0.0, 0.0, -3.0), DVec3::Z), DVec3::NEG_Z);
 }
 
-/// Something of every kind.
+/// A scene with every kind of surface.
 fn medley() -> Scene {
     let entities = vec![
         plane(v(0.1, 0.2, 1.0).normalize(), -3.0, 0),
@@ -231,8 +232,8 @@ fn medley() -> Scene {
 }
 
 #[test]
-fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
-    let world = World::new(&compile(&medley(), 16, 16).unwrap().1, Finder::Simple);
+fn occlusion_agrees_with_the_first_hit() {
+    let world = World::new(&compile(&medley(), 16, 16).unwrap().1, AcceleratorChoice::Simple);
     let stream = &mut Stream::new(6, 0, 0);
     let mut seen = [0; 2];
     for _ in 0..200_000 {
@@ -247,7 +248,7 @@ fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
     assert!(seen.iter().all(|&n| n > 100_000), "{seen:?}");
 }
 
-/// The power of a point in a sphere, as the sphere's own numbers define it.
+/// The power of a point with respect to a sphere, as defined by the sphere's own numbers.
 fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
     let w = p - array(ball.anchor);
     w.dot(w - 2.0 * array(ball.to_centre)) + f64::from(ball.anchor_power)
@@ -255,27 +256,27 @@ fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
 
 /// The only surface, which is a cylinder.
 fn tube(alone: &Alone) -> Cylinder {
-    let Rare::Cylinder(tube) = alone.world.simple.rare[0].0 else { unreachable!("no cylinder") };
+    let CustomShape::Cylinder(tube) = alone.world.simple.custom[0].0 else { unreachable!("no cylinder") };
     tube
 }
 
-/// From the axis of a cylinder, as its own numbers define it, to a point.
+/// The vector from the axis of a cylinder to a point, as defined by its own numbers.
 fn across(tube: &Cylinder, p: DVec3) -> DVec3 {
     (p - array(tube.middle)).reject_from(array(tube.axis))
 }
 
-/// What was seen of rays that leave a surface.
+/// Statistics of rays that leave a surface.
 #[derive(Default, Debug)]
 struct Leaving {
     rays: u32,
-    /// The largest share of its error bound that a point lay off its surface.
+    /// The largest distance of a point from its surface, relative to its error bound.
     used: f64,
     /// The largest error bound, in roundings (2⁻²⁴) of the largest number involved.
     roundings: f64,
 }
 
-/// Lets rays leave hits of one surface on both sides, into every direction down to 10⁻⁷ above the horizon,
-/// and demands that none meets the surface where it started.
+/// Rays leave hits of one surface on both sides, in every direction down to 10⁻⁷ above the horizon; none may hit the
+/// surface where it started.
 fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -> Leaving {
     let alone = Alone::new(entity(shape.clone(), 0));
     let mut seen = Leaving::default();
@@ -284,7 +285,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
         let target = near + direction(stream) * size * stream.random::<f64>();
         let o = target + direction(stream) * distance;
         let Some(point) = alone.meet(&ray(o, target - o)) else { continue };
-        // Across a distance of many sizes a tangential error can carry a hit past the scene's own scale.
+        // Over a distance of many sizes, a tangential error can carry a hit beyond the scene's own scale.
         if wide(point.p - narrow(near)).length() > 20.0 * size {
             continue;
         }
@@ -292,7 +293,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
         let (off, largest) = match shape {
             Shape::Plane(PlaneParameters { normal, distance }) => {
                 let n = wide(narrow(normal));
-                // The plane is what its rounded numbers say.
+                // The plane is defined by its rounded numbers.
                 let distance = f64::from(distance as f32);
                 (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
             }
@@ -303,7 +304,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             }
             Shape::Sphere(SphereParameters { center, radius }) => {
                 let ball = alone.world.simple.spheres[0].0;
-                // Of a wall the centre is far, and no number that matters is as large.
+                // The centre of a wall is far away, and no relevant number is as large.
                 let largest = match array(ball.to_centre) {
                     DVec3::ZERO => center.abs().max_element().max(radius),
                     _ => array(ball.anchor).abs().max_element(),
@@ -340,20 +341,20 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             let inward = matches!(shape, Shape::Sphere(_)) && point.n.dot(d) < 0.0;
             match shape {
                 Shape::Sphere(_) if inward => {
-                    // Into a sphere it meets the other end of its chord, of which it starts inside.
+                    // Into a sphere, a ray hits the other end of the chord that it starts inside.
                     let ball = alone.world.simple.spheres[0].0;
                     let inside = -power(&ball, wide(away.o));
                     assert!(inside > 0.0, "{shape:?}: {away:?} starts outside by {inside:e}");
                     let m = wide(away.o) - array(ball.anchor) - array(ball.to_centre);
                     let b = m.dot(wide(away.d).normalize());
-                    // c/q where it is the smaller root.
+                    // c/q for the smaller root.
                     let root = (b * b + inside).sqrt();
                     let chord = if b > 0.0 { inside / (root + b) } else { root - b };
                     let t = f64::from(t);
                     assert!((0.5 * chord..=2.0 * chord).contains(&t), "{shape:?} {away:?}: {t}, not {chord}");
                 }
                 Shape::Cylinder(_) if point.n.dot(d) < 0.0 => {
-                    // Into a cylinder likewise, unless it leaves by an end.
+                    // The same in a cylinder, unless the ray leaves through an end.
                     let tube = tube(&alone);
                     let (m, d) = (across(&tube, wide(away.o)), wide(away.d));
                     let e = d.reject_from(array(tube.axis));
@@ -366,7 +367,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                     let is_met = (0.5 * chord..=2.0 * chord).contains(&t);
                     assert!(is_met || t.is_infinite(), "{shape:?} {away:?}: {t}, not {chord}");
                 }
-                _ => assert!(t == NOTHING, "{shape:?}: {away:?} meets its own surface at {t}"),
+                _ => assert!(t == NOTHING, "{shape:?}: {away:?} hits its own surface at {t}"),
             }
         }
     }
@@ -374,7 +375,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
 }
 
 #[test]
-fn rays_that_leave_a_surface_never_meet_it_where_they_start() {
+fn rays_that_leave_a_surface_never_hit_it_at_their_origin() {
     let stream = &mut Stream::new(7, 0, 0);
     let mut total = 0;
     for scale in [1e-4, 1e-2, 1.0, 1e2, 1e5] {
@@ -404,15 +405,15 @@ fn rays_that_leave_a_surface_never_meet_it_where_they_start() {
                     to: near + DVec3::X * 0.1 * scale,
                     radius: scale,
                 }),
-                // Seen from up close, almost flat.
+                // From close up, almost at a grazing angle.
                 Shape::Sphere(SphereParameters { center: near + e * scale * 1e3, radius: scale * 1e3 }),
             ];
             for shape in shapes {
                 let seen = leave(shape.clone(), scale, near, 2000, stream);
                 total += seen.rays;
-                assert!(seen.used < 0.5, "{shape:?}: the bound has no room left, {seen:?}");
+                assert!(seen.used < 0.5, "{shape:?}: the bound has no margin, {seen:?}");
                 // 40 units in the last place of the largest number are at most 80 roundings.
-                assert!(seen.roundings < 40.0, "{shape:?}: the bound is wasteful, {seen:?}");
+                assert!(seen.roundings < 40.0, "{shape:?}: the bound is too large, {seen:?}");
             }
         }
     }
@@ -420,8 +421,8 @@ fn rays_that_leave_a_surface_never_meet_it_where_they_start() {
 }
 
 #[test]
-fn a_bound_too_small_by_far_is_noticed() {
-    // The same rays with a hundredth of the bound: this test can fail.
+fn a_bound_that_is_too_small_is_detected() {
+    // The same rays with a hundredth of the bound.
     let alone = Alone::new(plane(v(0.3, 0.5, 0.8).normalize(), 7.0, 0));
     let stream = &mut Stream::new(8, 0, 0);
     let mut met = 0;
@@ -437,7 +438,7 @@ fn a_bound_too_small_by_far_is_noticed() {
     assert!(met > 100, "only {met}");
 }
 
-/// The smallpt box with every surface alike.
+/// The smallpt box with identical surfaces.
 fn furnace(mut box_: Scene, material: stride::scene::Material) -> Scene {
     for entity in &mut box_.entities {
         entity.material = 0;
@@ -449,8 +450,8 @@ fn furnace(mut box_: Scene, material: stride::scene::Material) -> Scene {
 
 #[test]
 fn a_box_of_huge_spheres_is_a_perfect_furnace() {
-    // Every surface emits 1 and reflects ½, both exact in floats: each path of d bounces sees 2 − 2⁻ᵈ, and
-    // the one that slips through a wall or hits a surface from its dark side doesn't.
+    // Every surface emits 1 and reflects ½, both exact in floats: each path of d bounces has the radiance 2 − 2⁻ᵈ,
+    // unless it leaks through a wall or hits a surface from its dark side.
     for material in [matte([0.5; 3]), mirror([0.5; 3])] {
         let mut scene = furnace(smallpt(96, 72), material);
         scene.render.max_depth = 12;
@@ -479,7 +480,7 @@ fn no_path_leaves_a_box_of_huge_spheres() {
                     let Event::Hit { point, .. } = event else { continue };
                     points += 1;
                     for (x, [low, high]) in point.iter().zip(SMALLPT_BOX) {
-                        // The walls bend by 0.07 over the box, and are rounded to 2⁻⁷.
+                        // The walls deviate from planes by 0.07 over the box, and are rounded to 2⁻⁷.
                         let inside = low - 0.1..high + 0.1;
                         assert!(inside.contains(&f64::from(*x)), "{point:?} is outside: {events:?}");
                     }

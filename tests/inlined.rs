@@ -1,17 +1,18 @@
 //! Code on a path is compiled with the instructions of its SIMD level.
 //!
 //! A function or closure that is not inlined into the level's entry point is compiled for the baseline processor
-//! instead, where each intrinsic becomes a call: a kernel has been seven times slower for one such closure, with the
-//! same picture. The program's disassembly shows these calls.
+//! instead, where each intrinsic becomes a call. One such closure made a kernel seven times slower, with the same
+//! image. The program's disassembly shows these calls.
 
 use std::collections::BTreeSet;
 use std::env;
 use std::process::Command;
 
-/// Crates with intrinsics of their own. Functions of the standard library count: a closure may be inlined into one.
+/// Crates with intrinsics of their own. Functions of the standard library count, because a closure may be inlined into
+/// one.
 const OTHERS: [&str; 4] = ["memchr::", "sha2::", "aho_corasick::", "crc32fast::"];
 
-/// The functions in a disassembly that call an AVX intrinsic instead of being compiled to it.
+/// The functions in a disassembly that call an AVX intrinsic.
 fn calls_of_intrinsics<'l>(lines: impl Iterator<Item = &'l str>) -> BTreeSet<String> {
     let mut function = String::new();
     let mut found = BTreeSet::new();
@@ -19,7 +20,7 @@ fn calls_of_intrinsics<'l>(lines: impl Iterator<Item = &'l str>) -> BTreeSet<Str
         if let Some(name) = line.strip_suffix(">:").and_then(|line| line.split_once('<')) {
             name.1.clone_into(&mut function);
         } else if line.contains("core_arch") && line.contains("avx") {
-            // Calls, and jumps at a function's end; not the intrinsics themselves.
+            // Calls, and jumps at a function's end, but not the intrinsics themselves.
             let callee = line.rsplit_once('<').map_or(line, |(_, name)| name.trim_end_matches('>'));
             if !function.contains("core_arch") && !OTHERS.iter().any(|other| function.contains(other)) {
                 found.insert(format!("{function} calls {callee}"));
@@ -47,7 +48,7 @@ fn no_intrinsic_is_called() {
     assert!(disassembly.status.success(), "{}", String::from_utf8_lossy(&disassembly.stderr));
     let text = String::from_utf8_lossy(&disassembly.stdout);
     for entry in ["run_avx2", "run_avx512"] {
-        assert!(text.contains(entry), "no kernel of {entry} is to be seen: are there symbols?");
+        assert!(text.contains(entry), "no kernel of {entry} was found: are there symbols?");
     }
     let found = calls_of_intrinsics(text.lines());
     assert!(
@@ -58,7 +59,7 @@ fn no_intrinsic_is_called() {
 
 /// Negative control.
 #[test]
-fn a_call_of_an_intrinsic_is_found() {
+fn calls_of_intrinsics_are_detected() {
     let listing = "
 00000000003f4a30 <core::core_arch::x86::avx::_mm256_add_ps>:
   3f4a30:	vaddps (%rsi),%ymm0,%ymm0

@@ -1,7 +1,6 @@
-//! Meshes that are kept once and stand at several places: what rays meet, and what pictures show, is what copies
-//! would.
+//! Shared meshes: hits and images are those of separate copies.
 //!
-//! Verdicts on pictures fall at the level stated in `common::blocks`.
+//! Images are compared at the level stated in `common::blocks`.
 
 mod common;
 
@@ -17,9 +16,9 @@ use stride::math::{Frame, Ray};
 use stride::sampling::{Region, Stream};
 use stride::scene::{Entity, Filter, Mesh, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Finder, Size, TooLarge, World, compile, compile_sharing};
+use stride::world::{AcceleratorChoice, Size, TooLarge, World, compile, compile_sharing};
 
-/// Sharing of every mesh that stands twice, and of none.
+/// Sharing of every mesh with two instances, and of none.
 const ALL: usize = 0;
 const NONE: usize = usize::MAX;
 
@@ -32,7 +31,7 @@ fn transform(scale: DVec3, angle: f64, at: DVec3) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(scale, turn, at)
 }
 
-/// Pebbles of one smooth mesh, squeezed, turned and mirrored, on a floor; one of them is the lamp.
+/// Pebbles of one smooth mesh, scaled, rotated and mirrored, on a floor; one of them is the lamp.
 fn pebbles(nudge: f64, lamp: f64) -> Scene {
     let mut pebble = icosphere(DVec3::ZERO, 1.0, 6, true);
     for p in &mut pebble.positions {
@@ -60,15 +59,15 @@ fn pebbles(nudge: f64, lamp: f64) -> Scene {
     sized(all, 48, 36)
 }
 
-fn tracer(scene: &Scene, finder: Finder, sharing: usize) -> Box<dyn integrator::Integrator> {
+fn tracer(scene: &Scene, accelerator: AcceleratorChoice, sharing: usize) -> Box<dyn integrator::Integrator> {
     let (compiled, surfaces) = compile_sharing(scene, scene.film.width, scene.film.height, sharing).unwrap();
-    let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
+    let (world, offset) = (World::new(&surfaces, accelerator), film_offset(&scene.film));
     integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
 }
 
 fn samples(
     scene: &Scene,
-    finder: Finder,
+    accelerator: AcceleratorChoice,
     sharing: usize,
     level: Level,
     samples: u32,
@@ -76,7 +75,7 @@ fn samples(
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
     let mut out = Vec::new();
-    tracer(scene, finder, sharing).trace(
+    tracer(scene, accelerator, sharing).trace(
         level,
         &Paths { pixels: &pixels, first_sample: 0, samples },
         &mut out,
@@ -89,14 +88,14 @@ fn picture(scene: &Scene, sharing: usize, seed: u32) -> Estimate {
     let mut scene = scene.clone();
     scene.render.seed = seed;
     let mut estimate = Estimate::new(scene.film.width, scene.film.height);
-    for (pixel, radiance) in samples(&scene, Finder::Bvh, sharing, Level::available()[0], 256) {
+    for (pixel, radiance) in samples(&scene, AcceleratorChoice::Bvh, sharing, Level::available()[0], 256) {
         estimate.add(pixel as usize, radiance);
     }
     estimate
 }
 
 #[test]
-fn what_pays_is_shared_and_nothing_else() {
+fn only_worthwhile_meshes_are_shared() {
     let fine = Arc::new(icosphere(DVec3::ZERO, 1.0, 41, false));
     let coarse = Arc::new(icosphere(DVec3::ZERO, 1.0, 4, false));
     let at = |x: f64| DAffine3::from_translation(v(x, 0.0, 0.0));
@@ -110,12 +109,12 @@ fn what_pays_is_shared_and_nothing_else() {
     let one = fine.triangles.len();
     assert_eq!(instances(vec![placed(&fine, at(0.0), 0)]), (0, one, one));
     assert_eq!(instances(vec![placed(&fine, at(0.0), 0), placed(&fine, at(5.0), 0)]), (2, 0, one));
-    // A copy with an equal file's triangles is another mesh.
+    // A mesh with equal triangles from another file is another mesh.
     let copy = Arc::new((*fine).clone());
     assert_eq!(instances(vec![placed(&fine, at(0.0), 0), placed(&copy, at(5.0), 0)]), (0, 2 * one, 2 * one));
     let few = coarse.triangles.len();
     assert_eq!(instances(vec![placed(&coarse, at(0.0), 0), placed(&coarse, at(5.0), 0)]).0, 0);
-    // Lamps have a place in the world, and so has what is sheared so that rounding shows.
+    // Emissive meshes and those with strong shear are not shared.
     let lamp = emitting(placed(&fine, at(9.0), 0), 1.0);
     let shear = DMat3::from_cols(DVec3::X, v(1e4, 1.0, 0.0), DVec3::Z);
     let sheared = placed(&fine, DAffine3::from_mat3(shear), 0);
@@ -129,9 +128,9 @@ fn what_pays_is_shared_and_nothing_else() {
     assert_eq!(instances(mixed), (2, 2 * one + few, 3 * one + few));
 }
 
-/// A leaf holds eight triangles: meshes of so few, of which there must be many copies to pay, are one leaf each.
+/// A leaf holds eight triangles: a mesh with fewer is a single leaf, and worthwhile only with many copies.
 #[test]
-fn meshes_of_a_single_leaf_are_met() {
+fn meshes_with_a_single_leaf_are_hit() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     for triangles in [vec![[0, 1, 2]], vec![[0, 1, 2], [0, 2, 3]], vec![[0, 1, 2]; 8]] {
         let is_square = triangles.len() == 2;
@@ -140,7 +139,7 @@ fn meshes_of_a_single_leaf_are_met() {
         let (_, surfaces) =
             compile_sharing(&scene(vec![matte([0.5; 3])], vec![at(0.0), at(5.0)]), 16, 16, ALL).unwrap();
         assert_eq!(surfaces.instances.len(), 2);
-        let tree = World::new(&surfaces, Finder::Bvh);
+        let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
         let met = |x: f64, y: f64| {
             let ray = Ray::new(narrow(v(x, y, 2.0)), narrow(-DVec3::Z));
             let hit = tree.intersect(&ray, true);
@@ -156,12 +155,12 @@ fn meshes_of_a_single_leaf_are_met() {
 }
 
 #[test]
-fn instances_are_met_where_copies_are() {
+fn hits_on_instances_are_those_of_copies() {
     let differences = |nudge: f64| {
         let (tables, shared) = compile_sharing(&pebbles(nudge, 3.0), 16, 16, ALL).unwrap();
         let (copied_tables, copied) = compile_sharing(&pebbles(0.0, 3.0), 16, 16, NONE).unwrap();
         assert_eq!((shared.instances.len(), copied.instances.len()), (5, 0));
-        let tree = World::new(&shared, Finder::Bvh);
+        let tree = World::new(&shared, AcceleratorChoice::Bvh);
         let stream = &mut Stream::new(41, 0, 0);
         let (mut met, mut differ) = (0, 0);
         for _ in 0..40_000 {
@@ -185,44 +184,44 @@ fn instances_are_met_where_copies_are() {
         assert!(met > 10_000, "{met}");
         differ
     };
-    // At an edge a rounding decides which triangle is met, and a normal without smoothing with it.
+    // At an edge, rounding decides which triangle is hit, and with it the normal unless it is smooth.
     let few = differences(0.0);
     assert!(few < 60, "{few}");
-    // Negative control: one of them higher by a hundredth.
+    // Negative control: one of them is higher by a hundredth.
     let many = differences(0.01);
     assert!(many > 1000, "{many}");
 }
 
 #[test]
-fn pictures_of_instances_are_those_of_copies() {
+fn images_of_instances_agree_with_copies() {
     let copies = picture(&pebbles(0.0, 3.0), NONE, 1);
     let shared = picture(&pebbles(0.0, 3.0), ALL, 2);
     let verdict = compare(&copies.blocks(), &shared.blocks());
     assert!(verdict.agrees(), "{verdict}");
-    // Negative control: a lamp brighter by a tenth.
+    // Negative control: a light that is brighter by a tenth.
     let brighter = picture(&pebbles(0.0, 3.3), ALL, 2);
     let verdict = compare(&copies.blocks(), &brighter.blocks());
     assert!(!verdict.agrees(), "{verdict}");
 }
 
 #[test]
-fn pictures_of_instances_are_the_same_in_every_world_at_every_level() {
-    let bits = |finder, level| {
-        let all = samples(&sized(pebbles(0.0, 3.0), 24, 18), finder, ALL, level, 2);
+fn images_of_instances_are_identical_in_every_world_at_every_level() {
+    let bits = |accelerator, level| {
+        let all = samples(&sized(pebbles(0.0, 3.0), 24, 18), accelerator, ALL, level, 2);
         all.into_iter().map(|(_, radiance)| radiance.map(f32::to_bits)).collect::<Vec<_>>()
     };
-    let truth = bits(Finder::Simple, Level::available()[0]);
+    let truth = bits(AcceleratorChoice::Simple, Level::available()[0]);
     for level in Level::available() {
-        assert!(bits(Finder::Bvh, level) == truth, "{level}");
+        assert!(bits(AcceleratorChoice::Bvh, level) == truth, "{level}");
     }
     assert!(truth.iter().any(|radiance| *radiance != truth[0]));
 }
 
-// What mattes are made of.
+// The albedo of the matte materials.
 #[test]
-fn first_hits_name_the_instance_and_not_the_mesh() {
+fn first_hits_have_the_instance_instead_of_the_mesh() {
     let scene = sized(pebbles(0.0, 3.0), 32, 24);
-    let tracer = tracer(&scene, Finder::Bvh, ALL);
+    let tracer = tracer(&scene, AcceleratorChoice::Bvh, ALL);
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
     let mut met = vec![0; scene.entities.len()];
@@ -230,7 +229,7 @@ fn first_hits_name_the_instance_and_not_the_mesh() {
         let mut hits = Vec::new();
         tracer.first_hits(level, &Paths { pixels: &pixels, first_sample: 2, samples: 1 }, &mut hits);
         for hit in hits {
-            // The first event is the camera's ray, the second what it met.
+            // The first event is the camera ray, the second its hit.
             let (_, events) = tracer.explain(pixels[hit.slot as usize], 2);
             let entity = match events.get(1) {
                 Some(Event::Hit { entity, .. }) => Some(*entity),
@@ -243,7 +242,7 @@ fn first_hits_name_the_instance_and_not_the_mesh() {
     assert!(met.iter().filter(|&&met| met > 0).count() > 4, "{met:?}");
 }
 
-/// Two of a mesh, far from one another.
+/// Two instances of a mesh, far from each other.
 fn twice(mesh: Mesh, transform: DAffine3) -> Scene {
     let mesh = Arc::new(mesh);
     let away = DAffine3::from_translation(DVec3::splat(1e9)) * transform;
@@ -251,7 +250,7 @@ fn twice(mesh: Mesh, transform: DAffine3) -> Scene {
 }
 
 #[test]
-fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
+fn rays_that_leave_an_instance_never_hit_its_triangle_again() {
     let stream = &mut Stream::new(43, 0, 0);
     let (mut rays, mut met, mut with_less) = (0, 0, 0);
     for size in [1e-6, 1.0, 1e6] {
@@ -268,7 +267,7 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
                 let scale = 10_f64.powi(stream.random_range(-4..=4));
                 let placing = transform(squeeze * scale / size, 1.3, direction(stream) * place * scale);
                 let (tables, surfaces) = compile_sharing(&twice(mesh, placing), 16, 16, ALL).unwrap();
-                let world = World::new(&surfaces, Finder::Simple);
+                let world = World::new(&surfaces, AcceleratorChoice::Simple);
                 let corners = corners.map(|p| placing.transform_point3(p));
                 for _ in 0..2000 {
                     let (b, c) = (stream.random::<f64>(), stream.random::<f64>());
@@ -296,7 +295,7 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
                     rays += 1;
                     met += u32::from(!leaves(1.0));
                     with_less += u32::from(!leaves(0.001));
-                    // The bound is no excuse for a gap.
+                    // The bound must not be a gap.
                     assert!(f64::from(point.error) < 1e-2 * scale * (1.0 + place), "{}", point.error);
                 }
             }
@@ -309,13 +308,13 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
 }
 
 #[test]
-fn no_ray_slips_out_of_a_closed_instance() {
+fn no_ray_leaves_a_closed_instance() {
     let stream = &mut Stream::new(44, 0, 0);
     let ball = icosphere(DVec3::ZERO, 1.0, 20, false);
     for (scale, at) in [(DVec3::ONE, 0.0), (v(3.0, 0.05, -1.0), 20.0), (DVec3::splat(1e-5), 1e-3)] {
         let placing = transform(scale, 0.8, DVec3::splat(at));
         let (_, surfaces) = compile_sharing(&twice(ball.clone(), placing), 16, 16, ALL).unwrap();
-        let tree = World::new(&surfaces, Finder::Bvh);
+        let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
         for i in 0..40_000 {
             let o = placing.transform_point3(direction(stream) * 0.5);
             let vertex = ball.positions[stream.random_range(0..ball.positions.len())].map(f64::from);
@@ -331,7 +330,7 @@ fn no_ray_slips_out_of_a_closed_instance() {
 }
 
 #[test]
-fn the_size_of_a_scene_counts_a_shared_mesh_once_and_copies_each() {
+fn the_size_counts_a_shared_mesh_once() {
     let many = 1 << 15;
     let mesh = Mesh {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
@@ -349,11 +348,11 @@ fn the_size_of_a_scene_counts_a_shared_mesh_once_and_copies_each() {
     assert_eq!(size(vec![]), (1, 0));
     assert_eq!(size(vec![place()]), (1 + many, 3));
     assert_eq!(size(vec![place(), place(), place()]), (1 + 3 + many, 3));
-    // What emits is not shared.
+    // Emissive meshes are not shared.
     assert_eq!(size(vec![emitting(place(), 1.0), emitting(place(), 1.0)]), (1 + 2 * many, 6));
     assert_eq!(size(vec![cuboid(DVec3::ZERO, DVec3::ONE, 0)]), (1 + 6, 0));
 
-    // With the plane they are one more than can be numbered. Nothing is built before they are refused.
+    // With the plane, they exceed the limit by one. Nothing is built before the scene is rejected.
     let mut entities = vec![plane(DVec3::Z, -1.0, 0)];
     entities.extend((0..many).map(|_| emitting(place(), 1.0)));
     let refused = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16).err();

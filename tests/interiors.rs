@@ -1,4 +1,4 @@
-//! Dielectrics that absorb, and those that overlap.
+//! Dielectrics with absorption, and overlapping ones.
 
 mod common;
 
@@ -8,10 +8,10 @@ use common::scenes::{
 use common::{blocks::compare, estimate, for_each_sample};
 use stride::scene::{Entity, Integrator, Material, Modifiers, Scene};
 
-/// Absorption of the red, the green and the blue channel.
+/// Absorption coefficients of red, green and blue.
 const SIGMA: [f64; 3] = [0.0, 0.3, 1.5];
 
-/// Things before a luminous wall, in the dark.
+/// Objects before a luminous wall, in the dark.
 fn before_a_wall(materials: Vec<Material>, things: Vec<Entity>) -> Scene {
     let mut materials = materials;
     materials.push(matte([0.0; 3]));
@@ -24,13 +24,13 @@ fn before_a_wall(materials: Vec<Material>, things: Vec<Entity>) -> Scene {
     scene
 }
 
-/// The same seen along x, without any angle to speak of.
+/// The same seen along x, at nearly normal incidence.
 fn along_the_axis(mut scene: Scene) -> Scene {
     scene.camera.vertical_fov = 1e-4;
     scene
 }
 
-/// The means of the channels over a picture, and their standard errors.
+/// The means of the channels over an image, and their standard errors.
 fn means(scene: &Scene, integrator: Integrator, samples: u32) -> [(f64, f64); 3] {
     let mut scene = scene.clone();
     scene.render.integrator = integrator;
@@ -49,8 +49,8 @@ fn means(scene: &Scene, integrator: Integrator, samples: u32) -> [(f64, f64); 3]
     })
 }
 
-/// Whether the integrators show this radiance through something: `whitted`, which follows all light, to a rounding, and
-/// paths within five standard errors.
+/// Whether the integrators find this radiance through an object: `whitted`, which follows all branches, up to rounding,
+/// and paths within five standard errors.
 fn show(scene: &Scene, expected: [f64; 3]) -> Result<(), String> {
     for (integrator, samples) in
         [(Integrator::Whitted, 1), (Integrator::Path, 64), (Integrator::PathNaive, 64)]
@@ -67,7 +67,7 @@ fn show(scene: &Scene, expected: [f64; 3]) -> Result<(), String> {
     Ok(())
 }
 
-/// Transmittance of a slab at normal incidence, with all that is reflected to and fro within.
+/// Transmittance of a slab at normal incidence, including internal reflections.
 fn slab(ior: f64, thickness: f64, sigma: f64) -> f64 {
     let r = ((ior - 1.0) / (ior + 1.0)).powi(2);
     let a = (-sigma * thickness).exp();
@@ -75,7 +75,7 @@ fn slab(ior: f64, thickness: f64, sigma: f64) -> f64 {
 }
 
 #[test]
-fn a_slab_transmits_what_beer_lambert_and_fresnel_say() {
+fn a_slab_transmits_by_beer_lambert_and_fresnel() {
     let through = |ior, priority, sigma| {
         let box_of = cuboid(v(3.0, -2.0, -2.0), v(4.25, 2.0, 2.0), 0);
         along_the_axis(before_a_wall(vec![dielectric(ior, 0.0, priority, sigma)], vec![box_of]))
@@ -88,21 +88,21 @@ fn a_slab_transmits_what_beer_lambert_and_fresnel_say() {
 }
 
 #[test]
-fn a_ball_transmits_along_its_axis_as_a_slab_does() {
+fn a_sphere_transmits_along_its_axis_like_a_slab() {
     let ball = sphere(v(5.0, 0.0, 0.0), 0.75, 0);
     let scene = along_the_axis(before_a_wall(vec![dielectric(1.5, 0.0, 0, SIGMA)], vec![ball]));
     show(&scene, SIGMA.map(|sigma| slab(1.5, 1.5, sigma))).unwrap();
 }
 
 #[test]
-fn a_camera_may_be_inside() {
-    // In a pool of which the surface is above, with a wall behind: light goes to and fro from end to end.
+fn a_camera_may_be_inside_a_dielectric() {
+    // In a pool with its surface above and a wall behind: light is reflected between the ends.
     for priority in [0, 3] {
         let pool = cuboid(v(-1.0, -2.0, -2.0), v(4.0, 2.0, 2.0), 0);
         let scene = along_the_axis(before_a_wall(vec![dielectric(1.5, 0.0, priority, SIGMA)], vec![pool]));
         let expected = SIGMA.map(|sigma| {
             let (r, whole): (f64, f64) = (0.04, (-5.0 * sigma).exp());
-            // Radiance is greater by the square of the index within.
+            // Radiance is greater by the square of the index inside.
             2.25 * (1.0 - r) * (-4.0 * sigma).exp() / (1.0 - r * r * whole * whole)
         });
         show(&scene, expected).unwrap();
@@ -111,13 +111,13 @@ fn a_camera_may_be_inside() {
 
 #[test]
 fn a_bubble_of_smooth_glass_does_not_absorb() {
-    // Its index is that of air over that of the glass around it, as no priority is set.
+    // Its index is that of air relative to the surrounding glass, because no priority is set.
     let things = vec![
         cuboid(v(3.0, -2.0, -2.0), v(5.0, 2.0, 2.0), 0),
         cuboid(v(3.5, -1.0, -1.0), v(4.5, 1.0, 1.0), 1),
     ];
     let with = |bubble| vec![dielectric(1.5, 0.0, 0, SIGMA), bubble];
-    // Four interfaces: of small losses the series is not worth writing down, so that it is taken at an index near to one.
+    // Four interfaces: with small losses the series is long, so the index is close to one.
     let faint = |bubble| {
         along_the_axis(before_a_wall(vec![dielectric(1.001, 0.0, 0, SIGMA), bubble], things.clone()))
     };
@@ -127,7 +127,7 @@ fn a_bubble_of_smooth_glass_does_not_absorb() {
     assert!((0.8..0.9).contains(&red), "{red}");
 }
 
-/// Walls of glass with water between them: the water reaches into the glass, of which the higher priority counts.
+/// Walls of glass with water between them: the water extends into the glass, which has the higher priority.
 fn overlapping(of_glass: u32, of_water: u32) -> Scene {
     let wall = |from, to| cuboid(v(from, -50.0, -50.0), v(to, 50.0, 50.0), 0);
     let water = cuboid(v(2.9, -50.0, -50.0), v(4.5, 50.0, 50.0), 1);
@@ -138,7 +138,7 @@ fn overlapping(of_glass: u32, of_water: u32) -> Scene {
     before_a_wall(materials, vec![wall(2.0, 3.0), water, wall(4.4, 5.0)])
 }
 
-/// The same with interfaces that say the indices of both sides: water within glass.
+/// The same with interfaces that have the relative indices of both sides: water within glass.
 fn explicit() -> Scene {
     let of = |from, to, material| cuboid(v(from, -50.0, -50.0), v(to, 50.0, 50.0), material);
     let materials =
@@ -157,31 +157,31 @@ fn pixels(scene: &Scene) -> Vec<[f32; 3]> {
     pixels
 }
 
-/// The most by which two pictures differ.
+/// The largest difference between two images.
 fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
     let pairs = a.as_flattened().iter().zip(b.as_flattened());
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
 #[test]
-fn water_that_reaches_into_glass_is_as_water_that_touches_it() {
+fn overlapping_water_and_glass_equal_touching_ones() {
     let expected = pixels(&explicit());
     assert!(expected.as_flattened().iter().all(|&x| x > 0.1 && x < 1.0), "{expected:?}");
     let overlap = difference(&pixels(&overlapping(2, 1)), &expected);
     assert!(overlap < 1e-4, "{overlap}");
-    // Negative controls: the water counts; without priorities each interface is as if the other body were not there.
+    // Negative controls: the water matters; without priorities, each interface ignores the other body.
     for priorities in [[1, 2], [0, 0]] {
         let other = difference(&pixels(&overlapping(priorities[0], priorities[1])), &expected);
         assert!(other > 5e-3, "{other} with {priorities:?}");
     }
-    // And paths show what `whitted` shows.
+    // Paths agree with `whitted`.
     let axis = along_the_axis(overlapping(2, 1));
     show(&axis, means(&axis, Integrator::Whitted, 1).map(|(mean, _)| mean)).unwrap();
 }
 
 #[test]
-fn surfaces_passed_through_are_no_bounces() {
-    // The way through takes four bounces, for all the surfaces that it meets.
+fn passing_straight_through_is_no_bounce() {
+    // The way through takes four bounces, although there are more surfaces.
     let mut scene = along_the_axis(overlapping(2, 1));
     scene.render.max_depth = 4;
     let [(red, _), ..] = means(&scene, Integrator::Whitted, 1);
@@ -194,13 +194,13 @@ fn surfaces_passed_through_are_no_bounces() {
 fn overlapping_dielectrics_in_a_white_sky_are_invisible_unless_they_absorb() {
     let furnace = |absorption: [f64; 3]| {
         let mut scene = interiors(16, 12);
-        // The dielectrics alone; clear ones but for one.
+        // The dielectrics alone; clear ones except for one.
         scene.entities.drain(8..);
         scene.entities.remove(6);
         scene.entities.drain(..2);
         scene.materials[1] = dielectric(1.5, 0.0, 2, [0.0; 3]);
         scene.materials[2] = dielectric(1.33, 0.0, 1, absorption);
-        // The rough one loses what meets a second microfacet.
+        // The rough one loses energy, as it has no multiple scattering between microfacets.
         scene.materials[4] = dielectric(1.6, 0.0, 3, [0.0; 3]);
         scene.lights.clear();
         scene.environment = [1.0; 3];
@@ -217,12 +217,12 @@ fn overlapping_dielectrics_in_a_white_sky_are_invisible_unless_they_absorb() {
 }
 
 #[test]
-fn rays_to_lights_fade_as_paths_do() {
+fn shadow_rays_are_absorbed_like_paths() {
     let with = |integrator, samples, seed| {
         let mut scene = interiors(32, 24);
         scene.render.integrator = integrator;
         (scene.render.samples, scene.render.seed) = (samples, seed);
-        // A small lamp is seldom found by chance.
+        // A small lamp is rarely found by chance.
         scene.entities[8] = emitting(sphere(v(4.6, 0.2, -0.5), 0.3, 5), 3.0);
         scene
     };
@@ -232,14 +232,14 @@ fn rays_to_lights_fade_as_paths_do() {
     println!("{verdict}");
     assert!(verdict.agrees(), "{verdict}");
     assert!(verdict.rms > 0.5, "{verdict}");
-    // Negative control: water that absorbs a third less.
+    // Negative control: water with two thirds of the absorption.
     let mut other = with(Integrator::Path, 512, 2);
     other.materials[2] = dielectric(1.33, 0.0, 1, [0.8, 0.33, 0.07]);
     let verdict = compare(&naive.blocks(), &estimate(&other).blocks());
     assert!(!verdict.agrees(), "{verdict}");
 }
 
-/// A black sheet across the view, of the last material.
+/// A black sheet across the view, with the last material.
 fn add_sheet(scene: &mut Scene, x: f64, opacity: f64) {
     let modifiers = Modifiers { opacity, ..Modifiers::default() };
     scene.materials.push(Material { modifiers, ..matte([0.0; 3]) });
@@ -249,7 +249,7 @@ fn add_sheet(scene: &mut Scene, x: f64, opacity: f64) {
 
 #[test]
 fn at_a_hole_no_medium_changes() {
-    // In the glass, in the overlap, in the water and behind all of it; no sheet is a bounce.
+    // In the glass, in the overlap, in the water and behind everything; no sheet is a bounce.
     let open = along_the_axis(overlapping(2, 1));
     let mut sheets = open.clone();
     [2.5, 2.95, 3.7, 6.0].into_iter().for_each(|x| add_sheet(&mut sheets, x, 0.0));
@@ -264,7 +264,7 @@ fn at_a_hole_no_medium_changes() {
 }
 
 #[test]
-fn light_fades_on_its_whole_way_through_holes() {
+fn light_is_absorbed_along_its_entire_way_through_holes() {
     // A wall, a point light and the camera within one dielectric, with two sheets between the wall and both others.
     let lit = |sheets: usize, sigma| {
         let wall = quad(v(2.0, -9.0, -9.0), v(0.0, 0.0, 18.0), v(0.0, 18.0, 0.0), 1);

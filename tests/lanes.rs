@@ -1,4 +1,4 @@
-//! What is built on lanes gives the same bits at every level, up to whole paths.
+//! Code on lanes gives the same bits at every level, up to entire paths.
 
 mod common;
 
@@ -16,9 +16,9 @@ use stride::math::{Frame, LaneFloat, LaneUint, Ray, Rgb, Uint, Vec3, trig};
 use stride::sampling::{Independent, PathId, Region, Sampler, Sobol, independent, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
-use stride::world::Finder;
+use stride::world::AcceleratorChoice;
 
-/// A program over eight words a lane.
+/// A program with eight words per lane.
 trait Program {
     fn run<F: LaneFloat>(x: [F::Uint; 8]) -> Vec<F>;
 }
@@ -43,7 +43,7 @@ impl<P: Program> Kernel for Rows<'_, P> {
                 let mut words = [0; MAX_LANES];
                 result.to_bits().store(&mut words);
                 for (lane, result) in results.iter_mut().enumerate() {
-                    // What a NaN carries is nobody's business.
+                    // The payload of a NaN does not matter.
                     let nan = f32::from_bits(words[lane]).is_nan();
                     result.push(if nan { f32::NAN.to_bits() } else { words[lane] });
                 }
@@ -93,7 +93,7 @@ fn colour<F: LaneFloat>(c: Rgb<F>) -> [F; 3] {
     [c.r, c.g, c.b]
 }
 
-/// Two directions: anywhere, and close to the poles and the equator now and then.
+/// Two directions: random ones, some of them close to the poles and the equator.
 #[inline(always)]
 fn directions<F: LaneFloat>(x: [F::Uint; 8]) -> [Vec3<F>; 2] {
     let [a, b, c, d, e, ..] = unit::<F>(x);
@@ -137,7 +137,7 @@ law!(random_numbers_are_the_same_at_every_level, F, x, {
     [hash, Independent { seed: 7 }.draw(id, block), Sobol { seed: 7 }.draw(id, block)]
 });
 
-// As a chain does, each lane draws until a number falls below its own bound.
+// Each lane draws until a number falls below its own bound, as Markov chains do.
 law!(endless_streams_are_the_same_at_every_level, F, x, {
     let id = PathId::<F> { pixel: x[4], sample: x[5] };
     let stream = Sampler::from(Sobol { seed: 7 }).endless(id, x[6]);
@@ -192,7 +192,7 @@ law!(scattering_is_the_same_at_every_level, F, x, {
         GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.9, 0.8, 0.7] }.row(),
         CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [3.0, 7.0] }.row(),
     ]);
-    // Each lane of another material.
+    // Each lane has another material.
     let (material, uv) = table.resolve(x[7] & F::Uint::splat(3), [a * 50.0 - 25.0, b * 50.0 - 25.0]);
     let bsdf = table.bsdf::<F>(material, Site { p: Vec3::zero(), uv, footprint: F::zero() });
     let sample = bsdf.sample(wo, [a, b], c, TransportMode::Radiance);
@@ -205,13 +205,13 @@ law!(scattering_is_the_same_at_every_level, F, x, {
     ]
 });
 
-/// All samples of some paths as bits, sorted: they may come in any order.
+/// All samples of some paths as bits, sorted, as their order is not defined.
 fn samples(scene: &Scene, level: Level) -> Vec<[u32; 7]> {
-    samples_in(scene, Finder::Fastest, level)
+    samples_in(scene, AcceleratorChoice::Fastest, level)
 }
 
-fn samples_in(scene: &Scene, finder: Finder, level: Level) -> Vec<[u32; 7]> {
-    let integrator = common::integrator_in(scene, finder);
+fn samples_in(scene: &Scene, accelerator: AcceleratorChoice, level: Level) -> Vec<[u32; 7]> {
+    let integrator = common::integrator_in(scene, accelerator);
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
     let mut out: Vec<Finished> = Vec::new();
@@ -256,22 +256,25 @@ fn whole_paths_are_the_same_in_every_world() {
     naive.render.integrator = Integrator::PathNaive;
     naive.lights = vec![point_light(v(3.0, 1.0, 2.0), 4.0)];
     for scene in [cover(40, 30), smallpt(40, 30), bazaar(40, 30), naive, whitted] {
-        let one_by_one = samples_in(&scene, Finder::Simple, Level::SCALAR);
+        let one_by_one = samples_in(&scene, AcceleratorChoice::Simple, Level::SCALAR);
         assert!(one_by_one.iter().any(|s| s[4] != 0), "all black");
         for level in Level::available() {
-            assert!(samples_in(&scene, Finder::Bvh, level) == one_by_one, "{level}");
+            assert!(samples_in(&scene, AcceleratorChoice::Bvh, level) == one_by_one, "{level}");
         }
         assert!(samples(&scene, Level::available()[0]) == one_by_one);
     }
-    // Negative control: a world that lacks one small lamp of three hundred shows.
+    // Negative control: a world that lacks one of three hundred small lamps differs.
     let mut dimmed = bazaar(40, 30);
     dimmed.entities.pop();
     let level = Level::available()[0];
-    assert!(samples_in(&dimmed, Finder::Bvh, level) != samples_in(&bazaar(40, 30), Finder::Bvh, level));
+    assert!(
+        samples_in(&dimmed, AcceleratorChoice::Bvh, level)
+            != samples_in(&bazaar(40, 30), AcceleratorChoice::Bvh, level)
+    );
 }
 
 #[test]
-fn no_paths_are_traced_at_once() {
+fn an_empty_block_of_paths_returns_at_once() {
     let integrator = common::integrator(&cover(40, 30));
     let pixel = Region::whole(40, 30).pixel(7);
     let mut out = Vec::new();
@@ -283,7 +286,7 @@ fn no_paths_are_traced_at_once() {
 }
 
 #[test]
-fn a_path_looked_at_is_the_path_that_was_traced() {
+fn an_explained_path_equals_the_traced_path() {
     let mut whitted = smallpt(40, 30);
     whitted.render.integrator = Integrator::Whitted;
     for scene in [cover(40, 30), smallpt(40, 30), whitted] {

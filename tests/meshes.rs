@@ -1,7 +1,7 @@
-//! Meshes: no ray slips between triangles, none meets the triangle it leaves, and what they are and how they
-//! shine is what spheres and quads of the same form are and do.
+//! Meshes: no ray leaks between triangles, none hits the triangle that it leaves, and meshes look and emit like spheres
+//! and quads of the same shape.
 //!
-//! Verdicts on pictures fall at the level stated in `common::blocks`.
+//! Images are compared at the level stated in `common::blocks`.
 
 mod common;
 
@@ -19,9 +19,9 @@ use stride::math::{Frame, Ray, Vec3};
 use stride::sampling::{Region, Stream};
 use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape, SphereParameters};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{CompiledScene, Finder, World, compile};
+use stride::world::{AcceleratorChoice, CompiledScene, World, compile};
 
-/// A sphere of triangles whose vertices are pushed in and out at random: dents, ridges, slivers.
+/// A sphere of triangles with random radii: dents, ridges, slivers.
 fn crumpled(n: u32, depth: f64, centre: DVec3, stream: &mut Stream) -> Mesh {
     let mut mesh = icosphere(DVec3::ZERO, 1.0, n, false);
     for p in &mut mesh.positions {
@@ -32,7 +32,7 @@ fn crumpled(n: u32, depth: f64, centre: DVec3, stream: &mut Stream) -> Mesh {
 }
 
 #[test]
-fn no_ray_slips_out_of_a_closed_mesh() {
+fn no_ray_leaves_a_closed_mesh() {
     let stream = &mut Stream::new(31, 0, 0);
     for (n, depth, centre) in [(1, 0.0, 0.0), (20, 0.02, 0.0), (60, 0.004, 3.0), (20, 0.3, 1e3)] {
         let mesh = crumpled(n, depth, DVec3::splat(centre), stream);
@@ -40,12 +40,12 @@ fn no_ray_slips_out_of_a_closed_mesh() {
         let triangles = mesh.triangles.clone();
         let (_, surfaces) =
             compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16).unwrap();
-        let tree = World::new(&surfaces, Finder::Bvh);
+        let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
         for i in 0..150_000 {
             let o = narrow(DVec3::splat(centre) + direction(stream) * 0.5 * stream.random::<f64>());
             let at = |corner: u32| DVec3::from(vertices[corner as usize].map(f64::from));
             let [a, b, c] = triangles[stream.random_range(0..triangles.len())];
-            // At a vertex, at a point of an edge, along an axis, anywhere.
+            // To a vertex, to a point of an edge, along an axis, in a random direction.
             let d = match i % 4 {
                 0 => at(a) - wide(o),
                 1 => at(b).lerp(at(c), stream.random()) - wide(o),
@@ -53,7 +53,7 @@ fn no_ray_slips_out_of_a_closed_mesh() {
                 _ => direction(stream),
             };
             let o = match i % 8 {
-                // Along an axis through a vertex, exactly.
+                // Along an axis exactly through a vertex.
                 2 => {
                     let p = vertices[a as usize];
                     let axis = [d.x, d.y, d.z].map(|x| x != 0.0);
@@ -72,25 +72,26 @@ fn no_ray_slips_out_of_a_closed_mesh() {
 }
 
 #[test]
-fn a_hole_of_one_triangle_in_thousands_is_noticed() {
+fn a_single_missing_triangle_is_detected() {
     let stream = &mut Stream::new(32, 0, 0);
     let mut mesh = crumpled(20, 0.02, DVec3::ZERO, stream);
     mesh.triangles.pop();
     let (_, surfaces) =
         compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16).unwrap();
-    let tree = World::new(&surfaces, Finder::Bvh);
+    let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
     let ray = |stream: &mut Stream| Ray::new(Vec3::zero(), narrow(direction(stream)).normalized());
     let out = (0..100_000).filter(|_| !tree.intersect(&ray(stream), true).is_some()).count();
     assert!(out > 3, "{out}");
 }
 
 #[test]
-fn rays_that_leave_a_triangle_never_meet_it() {
+fn rays_that_leave_a_triangle_never_hit_it() {
     let stream = &mut Stream::new(33, 0, 0);
     let (mut rays, mut met, mut with_less) = (0, 0, 0);
     for scale in [1e-4, 1.0, 1e5] {
         for place in [0.0, 1.0, 1e3] {
-            // How high, and above which part of the longest side: from the thinnest but one on they are needles.
+            // The height, and the position of its foot on the longest side: from the second smallest height they are
+            // needles.
             for (flat, at) in
                 [(1.0, 0.5), (0.05, 0.5), (0.02, 0.0), (0.002, 0.5), (0.002, 0.0), (1e-4, 0.0), (1e-6, 0.01)]
             {
@@ -104,7 +105,7 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                 };
                 let alone = scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]);
                 let (tables, surfaces) = compile(&alone, 16, 16).unwrap();
-                let world = World::new(&surfaces, Finder::Simple);
+                let world = World::new(&surfaces, AcceleratorChoice::Simple);
                 for _ in 0..3000 {
                     let (b, c) = (stream.random::<f64>(), stream.random::<f64>());
                     let (b, c) = if b + c > 1.0 { (1.0 - b, 1.0 - c) } else { (b, c) };
@@ -117,12 +118,12 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                         continue;
                     }
                     let point = tables.surfaces.point(&ray, &hit);
-                    // Seen at a small angle, a rounding of the corners moves a hit far.
+                    // At a grazing angle, rounded corners move a hit far.
                     let off = (wide(point.p) - target).length();
-                    // Normals of needles have lost digits.
+                    // Normals of needles lose precision.
                     let steep = ray.d.dot(point.n).abs() > 0.1 && flat > 1e-3;
                     assert!(!steep || off < 1e-2 * scale + 1e-5 * (far + place * scale), "{off}");
-                    // No bound is more than a hundredth of the width, unless rounded corners ask for it.
+                    // No bound exceeds a hundredth of the width, unless rounded corners require it.
                     let largest = scale * (1.0 + place);
                     let error = f64::from(point.error);
                     assert!(
@@ -152,11 +153,11 @@ fn rays_that_leave_a_triangle_never_meet_it() {
     assert!(with_less > 100, "{with_less} of {rays} with a bound that is too small");
 }
 
-/// Strips, a thousand times as long as wide, that lie `APART` above each other and shine down.
+/// Strips, a thousand times as long as wide, that lie `APART` above each other and emit downwards.
 struct Blinds {
     tables: CompiledScene,
     world: World,
-    /// Along the strips, across, and up.
+    /// Along the strips, across them, and up.
     axes: [DVec3; 3],
 }
 
@@ -178,7 +179,7 @@ impl Blinds {
         };
         let all = scene(vec![matte([0.5; 3])], (0..Blinds::COUNT).map(strip).collect());
         let (tables, surfaces) = compile(&all, 16, 16).unwrap();
-        Blinds { tables, world: World::new(&surfaces, Finder::Bvh), axes: [along, across, n] }
+        Blinds { tables, world: World::new(&surfaces, AcceleratorChoice::Bvh), axes: [along, across, n] }
     }
 
     /// A point in coordinates along the strips, across and up, or a direction.
@@ -190,7 +191,7 @@ impl Blinds {
         self.axes[0] * own.x + self.axes[1] * own.y + self.axes[2] * own.z
     }
 
-    /// Whether a strip is in the way from a point below to one of a strip; `None` where roundings decide.
+    /// Whether a strip occludes a point of another strip from a point below; `None` where rounding errors decide.
     fn hides(&self, from: DVec3, to: DVec3, strip: usize) -> Option<bool> {
         let mut hidden = false;
         for below in 0..strip {
@@ -207,14 +208,14 @@ impl Blinds {
 }
 
 #[test]
-fn no_shadow_ray_ends_beyond_the_next_needle() {
+fn no_shadow_ray_passes_the_next_needle() {
     let stream = &mut Stream::new(36, 0, 0);
     for of_triangles in [false, true] {
         let (mut answers, mut wrong, mut wrong_beyond) = ([0; 2], 0, 0);
         for _ in 0..20 {
             let blinds = Blinds::new(of_triangles, stream);
             for _ in 0..3000 {
-                // Almost below, so that some strips are in the way and others not.
+                // Almost below, so that only some strips occlude others.
                 let mut from = direction(stream) * v(8.0, 0.5, 0.0);
                 from.z = -stream.random_range(0.1..2.0);
                 let p = narrow(blinds.place(from));
@@ -233,7 +234,7 @@ fn no_shadow_ray_ends_beyond_the_next_needle() {
                     !blinds.world.occluded(&shadow, length, true, false)
                 };
                 wrong += u32::from(sees(sample) == hidden);
-                // Negative control: as far off as the bound once was.
+                // Negative control: with a former, too large bound.
                 let beyond = wide(sample.target) - blinds.axes[2] * 0.0095;
                 wrong_beyond += u32::from(sees(LightSample { target: narrow(beyond), ..sample }) == hidden);
             }
@@ -268,7 +269,7 @@ fn no_ray_starts_beyond_the_next_needle() {
                     (blinds.own(end).z - height) / Blinds::APART
                 };
                 assert!((next(point.error) - 1.0).abs() < 0.01, "{on}: {}", next(point.error));
-                // Negative control: as far off as the bound once was.
+                // Negative control: with a former, too large bound.
                 let beyond = next(0.0095);
                 assert!(beyond.is_nan() || (beyond - 1.0).abs() >= 0.01, "{on}: {beyond}");
             }
@@ -279,7 +280,7 @@ fn no_ray_starts_beyond_the_next_needle() {
 fn lit(entities: Vec<Entity>) -> Scene {
     let mut lit = scene(vec![matte([0.7, 0.6, 0.5]), mirror([0.9; 3]), glass(1.5)], entities);
     lit.environment = [0.3; 3];
-    // Through pixels' centres alone, rays would meet edges that one rounding moves.
+    // Rays only through pixel centres would hit edges that a rounding error moves.
     lit.film.filter = Filter::Box { radius: 0.5 };
     lit.render.max_depth = 6;
     lit.render.samples = 64;
@@ -305,7 +306,7 @@ fn halves(corner: DVec3, u: DVec3, w: DVec3) -> Mesh {
     }
 }
 
-/// A room whose walls, lamp and box are quads, or the same as triangles.
+/// A room whose walls, light and box are quads, or the same as triangles.
 fn room(of_triangles: bool, lamp: f64) -> Scene {
     let sheet = |corner: DVec3, u: DVec3, w: DVec3, material: usize| match of_triangles {
         true => mesh(halves(corner, u, w), material),
@@ -324,7 +325,7 @@ fn room(of_triangles: bool, lamp: f64) -> Scene {
 }
 
 #[test]
-fn quads_of_triangles_shine_reflect_and_are_checkered_as_quads() {
+fn quads_of_triangles_look_like_quads() {
     let of_quads = estimate(&with(room(false, 5.0), Integrator::Path, 512, 1));
     for integrator in [Integrator::Path, Integrator::PathNaive] {
         let spp = if integrator == Integrator::Path { 512 } else { 1024 };
@@ -332,13 +333,13 @@ fn quads_of_triangles_shine_reflect_and_are_checkered_as_quads() {
         let verdict = compare(&of_quads.blocks(), &of_triangles.blocks());
         assert!(verdict.agrees(), "{integrator:?}: {verdict}");
     }
-    // Negative control: a lamp brighter by a twentieth.
+    // Negative control: a light that is brighter by a twentieth.
     let brighter = estimate(&with(room(true, 5.25), Integrator::Path, 512, 2));
     let verdict = compare(&of_quads.blocks(), &brighter.blocks());
     assert!(!verdict.agrees(), "{verdict}");
 }
 
-/// A matte, a glass and a shining ball over a floor.
+/// A matte, a glass and an emissive ball over a floor.
 fn balls(ball: impl Fn(DVec3, f64) -> Shape) -> Scene {
     let floor = plane(DVec3::Z, -1.0, 0);
     let balls = vec![
@@ -370,8 +371,8 @@ fn fine_meshes_with_normals_look_like_spheres() {
 }
 
 #[test]
-fn a_smooth_mesh_lets_no_light_through() {
-    // A coarse smooth ball around the camera, in a bright world: only what leaks is seen.
+fn smooth_meshes_do_not_leak() {
+    // A coarse smooth ball around the camera, in a bright world: only leaks are visible.
     for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
         for material in 0..2 {
             let ball = mesh(icosphere(v(0.3, 0.2, 0.1), 2.0, 2, true), material);
@@ -384,12 +385,12 @@ fn a_smooth_mesh_lets_no_light_through() {
 }
 
 #[test]
-fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
+fn transforms_apply_to_meshes_and_mirrors_keep_the_outward_side() {
     let matrix = DAffine3::from_translation(v(5.0, 0.0, 0.0)) * DAffine3::from_scale(v(1.0, 1.0, -2.0));
     let ball = icosphere(DVec3::ZERO, 1.0, 6, true);
     let placed = entity(Shape::Mesh { mesh: Arc::new(ball), transform: matrix }, 0);
     let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![placed]), 16, 16).unwrap();
-    let world = World::new(&surfaces, Finder::Simple);
+    let world = World::new(&surfaces, AcceleratorChoice::Simple);
     for (o, d, t) in [
         (DVec3::ZERO, DVec3::X, 4.0),
         (v(5.0, 0.0, 9.0), DVec3::NEG_Z, 7.0),
@@ -404,7 +405,7 @@ fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
     }
 }
 
-/// A panel of many triangles that shines on a floor: some places are near it and others far.
+/// An emissive panel of many triangles over a floor: some of them are near a point and others far.
 fn panel() -> Scene {
     let mut panel = Mesh::default();
     for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (i, j))) {
@@ -419,7 +420,7 @@ fn panel() -> Scene {
 }
 
 #[test]
-fn pictures_of_meshes_are_the_same_in_every_world_at_every_level() {
+fn images_of_meshes_are_identical_in_every_world_at_every_level() {
     let balls = balls(|centre, radius| Shape::Mesh {
         mesh: Arc::new(icosphere(centre, radius, 4, true)),
         transform: DAffine3::IDENTITY,
@@ -431,34 +432,34 @@ fn pictures_of_meshes_are_the_same_in_every_world_at_every_level() {
 
 fn same_in_every_world_at_every_level(mut scene: Scene) {
     scene.render.sampler = Sampler::Sobol;
-    let samples = |finder: Finder, level: Level| {
+    let samples = |accelerator: AcceleratorChoice, level: Level| {
         let region = Region::whole(scene.film.width, scene.film.height);
         let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
         let mut out = Vec::new();
         let paths = Paths { pixels: &pixels, first_sample: 0, samples: 2 };
-        integrator_in(&scene, finder).trace(level, &paths, &mut out);
+        integrator_in(&scene, accelerator).trace(level, &paths, &mut out);
         out.sort_by_key(|f| (f.sample.pixel, f.sample.sample));
         out.into_iter().map(|f| f.sample.radiance.map(f32::to_bits)).collect::<Vec<_>>()
     };
-    let truth = samples(Finder::Simple, Level::available()[0]);
+    let truth = samples(AcceleratorChoice::Simple, Level::available()[0]);
     for level in Level::available() {
-        assert!(samples(Finder::Bvh, level) == truth, "{level}");
+        assert!(samples(AcceleratorChoice::Bvh, level) == truth, "{level}");
     }
     assert!(truth.iter().any(|radiance| *radiance != truth[0]));
 }
 
 #[test]
-fn a_lamp_that_bulges_is_not_in_its_own_way() {
+fn a_convex_emitter_does_not_occlude_itself() {
     let ball = || icosphere(v(0.3, 0.2, 0.1), 2.0, 4, false);
     let mut dented = ball();
     dented.positions[0] = dented.positions[0].map(|x| x * 0.3);
     let lamp = |form: Mesh| Entity { emission: [1.0; 3], ..mesh(form, 0) };
     let other = mesh(icosphere(v(9.0, 0.0, 0.0), 1.0, 1, false), 0);
     let stream = &mut Stream::new(35, 0, 0);
-    // Whether it is said to bulge, and how many of its samples it hides in truth.
+    // Whether it is classified as convex, and how many of its samples it really occludes.
     let mut tried = |entities: Vec<Entity>| {
         let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16).unwrap();
-        let world = World::new(&surfaces, Finder::Simple);
+        let world = World::new(&surfaces, AcceleratorChoice::Simple);
         let (mut said, mut asked, mut hidden) = (true, 0, 0);
         for _ in 0..50_000 {
             let p = narrow(direction(stream) * stream.random_range(2.2..20.0) + v(0.3, 0.2, 0.1));
@@ -466,7 +467,7 @@ fn a_lamp_that_bulges_is_not_in_its_own_way() {
             let (light, _) = tables.lights.choose(p, n, stream.random(), true);
             let sample = tables.lights.sample(light, p, [stream.random(), stream.random()]);
             let (shadow, length) = sample.shadow_ray(p);
-            said = said && tables.lights.is_past_triangles::<f32>(light);
+            said = said && tables.lights.is_convex_emitter::<f32>(light);
             if sample.pdf > 0.0 {
                 asked += 1;
                 hidden += u32::from(world.occluded(&shadow, length, true, false));
@@ -479,13 +480,13 @@ fn a_lamp_that_bulges_is_not_in_its_own_way() {
     assert_eq!(tried(vec![lamp(ball())]), (true, 0));
     let (said, hidden) = tried(vec![lamp(dented)]);
     assert!(!said && hidden > 100, "{hidden}");
-    // It does bulge, but something else may be in the way.
+    // It is convex, but something else may occlude it.
     assert!(!tried(vec![lamp(ball()), other]).0);
     assert!(!tried(vec![lamp(ball()), lamp(ball())]).0);
 }
 
 #[test]
-fn a_panel_shines_as_chance_finds_it() {
+fn a_sampled_panel_agrees_with_chance() {
     let seen = estimate(&with(panel(), Integrator::Path, 256, 2));
     let found = estimate(&with(panel(), Integrator::PathNaive, 1024, 3));
     let verdict = compare(&found.blocks(), &seen.blocks());

@@ -1,4 +1,4 @@
-//! Mixes of materials, holes, other materials behind, and maps of normals and heights, against mathematics.
+//! Mixes of materials, holes, back sides, and normal and height maps, compared with mathematics.
 
 mod common;
 
@@ -20,7 +20,7 @@ use stride::texture::{ColorSpace, Depth, Picture, TexelFilter, Wrap};
 const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
 const SAMPLERS: [Sampler; 2] = [Sampler::Independent, Sampler::Sobol];
 
-/// The mean of a picture's red channel, and the standard error that it has if its samples are independent.
+/// The mean of an image's red channel, and its standard error if samples are independent.
 fn mean(scene: &Scene) -> (f64, f64) {
     let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for_each_sample(scene, |_, [r, _, _]| {
@@ -31,7 +31,7 @@ fn mean(scene: &Scene) -> (f64, f64) {
     (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
 }
 
-/// Demands a mean of every integrator and sampler.
+/// Requires a mean from every integrator and sampler.
 fn shows(scene: &Scene, integrators: &[Integrator], expected: f64) {
     for &integrator in integrators {
         for sampler in SAMPLERS {
@@ -39,12 +39,12 @@ fn shows(scene: &Scene, integrators: &[Integrator], expected: f64) {
             (scene.render.integrator, scene.render.sampler) = (integrator, sampler);
             let (mean, error) = mean(&scene);
             let off = (mean - expected).abs();
-            // What spreads its samples evenly has less noise than this.
+            // Evenly distributed samples have less noise than this.
             assert!(
                 off <= 5.0 * error + 1e-5 * expected,
                 "{integrator:?}, {sampler:?}: {mean} ± {error}, not {expected}"
             );
-            assert!(5.0 * error < 0.05 * expected + 1e-9, "{integrator:?}: noise hides everything: {error}");
+            assert!(5.0 * error < 0.05 * expected + 1e-9, "{integrator:?}: the noise is too large: {error}");
         }
     }
 }
@@ -79,7 +79,7 @@ fn mix(a: usize, b: usize, amount: f64) -> Material {
     Material { name: "mix".into(), kind: MixParameters { a, b, amount }.into(), ..Material::default() }
 }
 
-/// A wall across the view, of the last material, in a white sky: its radiance is what it reflects.
+/// A wall across the view, of the last material, in a white sky: its radiance is its reflectance.
 fn wall(materials: Vec<Material>) -> Scene {
     let last = materials.len() - 1;
     let mut scene = scene(materials, vec![plane(v(-1.0, 0.0, 0.0), -3.0, last)]);
@@ -89,7 +89,7 @@ fn wall(materials: Vec<Material>) -> Scene {
 }
 
 #[test]
-fn a_mix_shows_the_weighted_mean() {
+fn a_mix_has_the_weighted_mean() {
     const PATHS: [Integrator; 2] = [Integrator::Path, Integrator::PathNaive];
     let (dark, light) = (matte([0.2; 3]), matte([0.8; 3]));
     for amount in [0.0, 0.3, 1.0] {
@@ -108,8 +108,8 @@ fn a_mix_shows_the_weighted_mean() {
 }
 
 #[test]
-fn one_number_that_is_spread_evenly_chooses() {
-    // Black and white at equal shares: an error of ½/n, where independent numbers have ½/√n.
+fn mixes_choose_by_one_evenly_distributed_number() {
+    // Black and white in equal shares: the error is ½/n, while independent numbers have ½/√n.
     let mut scene = wall(vec![matte([0.0; 3]), matte([1.0; 3]), mix(0, 1, 0.5)]);
     (scene.render.samples, scene.render.integrator) = (64, Integrator::Path);
     let worst = |scene: &Scene| {
@@ -123,7 +123,7 @@ fn one_number_that_is_spread_evenly_chooses() {
     assert!(worst(&scene) > 4.0);
 }
 
-/// Sheets of the first material across the view, before a light of radiance 2.
+/// Sheets of the first material across the view, in front of a light of radiance 2.
 fn sheets(opacity: f64, count: usize) -> Scene {
     let sheet = |x| quad(v(x, -9.0, -9.0), DVec3::Y * 18.0, DVec3::Z * 18.0, 0);
     let mut entities: Vec<_> = (0..count).map(|i| sheet(1.0 + 0.002 * i as f64)).collect();
@@ -134,10 +134,10 @@ fn sheets(opacity: f64, count: usize) -> Scene {
 }
 
 #[test]
-fn what_does_not_meet_a_sheet_goes_straight_on() {
+fn paths_continue_straight_through_holes() {
     shows(&sheets(0.5, 1), &INTEGRATORS, 1.0);
     shows(&sheets(0.3, 1), &INTEGRATORS, 1.4);
-    // Each sheet decides for itself, and none is a bounce: no bounce is allowed here.
+    // Each sheet chooses independently, and none is a bounce: none is allowed here.
     shows(&sheets(0.5, 2), &INTEGRATORS, 0.5);
     shows(&sheets(0.0, 3), &INTEGRATORS, 2.0);
     shows(&sheets(1.0, 1), &INTEGRATORS, 0.0);
@@ -150,7 +150,7 @@ fn what_does_not_meet_a_sheet_goes_straight_on() {
 }
 
 #[test]
-fn behind_a_thousand_sheets_light_ends() {
+fn behind_a_thousand_sheets_paths_end() {
     for integrator in INTEGRATORS {
         for (count, expected) in [(1000, 2.0), (1030, 0.0)] {
             let mut scene = sheets(0.0, count);
@@ -161,7 +161,7 @@ fn behind_a_thousand_sheets_light_ends() {
     }
 }
 
-/// A matte floor under a lamp or a point light, with sheets between that the camera does not look through.
+/// A matte floor under an area or point light, with sheets in between, outside the view of the camera.
 fn shaded(opacity: f64, sheets: usize, lamp: bool) -> Scene {
     let sheet = |z| quad(v(-20.0, -20.0, z), DVec3::X * 40.0, DVec3::Y * 40.0, 0);
     let mut entities: Vec<_> = (0..sheets).map(|i| sheet(0.5 + 0.1 * i as f64)).collect();
@@ -174,7 +174,7 @@ fn shaded(opacity: f64, sheets: usize, lamp: bool) -> Scene {
     if !lamp {
         scene.lights = vec![point_light(v(2.0, 0.3, 2.0), 5.0)];
     }
-    // It looks at the floor alone.
+    // It sees only the floor.
     (scene.camera.forward, scene.camera.up) = (v(0.6, 0.0, -0.8), v(0.8, 0.0, 0.6));
     scene.camera.vertical_fov = 0.4;
     (scene.render.max_depth, scene.render.samples) = (1, 16);
@@ -182,7 +182,7 @@ fn shaded(opacity: f64, sheets: usize, lamp: bool) -> Scene {
 }
 
 #[test]
-fn shadow_rays_are_weakened_by_what_they_meet() {
+fn shadow_rays_are_attenuated_by_opacity() {
     for integrator in INTEGRATORS {
         let samples = |opacity, sheets| {
             let mut scene = shaded(opacity, sheets, false);
@@ -205,7 +205,7 @@ fn shadow_rays_are_weakened_by_what_they_meet() {
 }
 
 #[test]
-fn lights_found_by_chance_and_lights_that_are_sampled_are_weakened_alike() {
+fn sampled_lights_and_lights_found_by_chance_are_attenuated_equally() {
     let mut results = Vec::new();
     for (opacity, sheets) in [(0.5, 2), (1.0, 0)] {
         for (integrator, samples) in [(Integrator::Path, 256), (Integrator::PathNaive, 2048)] {
@@ -221,15 +221,15 @@ fn lights_found_by_chance_and_lights_that_are_sampled_are_weakened_alike() {
 }
 
 #[test]
-fn an_emitter_shines_whatever_its_opacity() {
+fn emission_does_not_depend_on_opacity() {
     let mut lamp = sheets(1.0, 0);
     lamp.materials[1] = with(matte([0.0; 3]), hole(0.5));
-    // Behind it is another one, of which half is seen.
+    // Behind it is another one, half of which is visible.
     lamp.entities.push(emitting(flipped(quad(v(6.0, -9.0, -9.0), DVec3::Y * 18.0, DVec3::Z * 18.0, 0)), 1.0));
     shows(&lamp, &INTEGRATORS, 2.5);
 }
 
-/// The bits of all samples of a picture.
+/// The bits of all samples of an image.
 fn bits(scene: &Scene) -> Vec<(usize, [u32; 3])> {
     let mut all = Vec::new();
     for_each_sample(scene, |pixel, radiance| all.push((pixel, radiance.map(f32::to_bits))));
@@ -238,7 +238,7 @@ fn bits(scene: &Scene) -> Vec<(usize, [u32; 3])> {
 }
 
 #[test]
-fn from_behind_there_is_the_other_material() {
+fn the_back_side_has_the_other_material() {
     let back = Modifiers { back: Some(0), ..Modifiers::default() };
     let ball = |materials: Vec<Material>, material, flip_normal| {
         let mut scene =
@@ -259,7 +259,7 @@ fn from_behind_there_is_the_other_material() {
     }
 }
 
-/// A matte surface under a sun, seen from the origin along +x; the radiance that a normal gives.
+/// A matte surface under a sun, seen from the origin along +x; the radiance for a normal.
 fn sunlit(entity: Entity, material: Material) -> Scene {
     let mut scene = scene(vec![material], vec![entity]);
     let sun = DirectionalLightParameters { direction: -TO_SUN, irradiance: [PI; 3], angular_diameter: 0.0 };
@@ -272,7 +272,7 @@ fn sunlit(entity: Entity, material: Material) -> Scene {
 /// Towards the sun.
 const TO_SUN: DVec3 = DVec3::new(-0.6, 0.48, 0.64);
 
-/// Demands a normal, by the light that it gets.
+/// Requires a normal, by the light that it receives.
 fn has_normal(scene: &Scene, normal: DVec3, tolerance: f64) {
     let expected = 0.5 * normal.normalize().dot(TO_SUN).abs();
     for integrator in INTEGRATORS {
@@ -284,12 +284,12 @@ fn has_normal(scene: &Scene, normal: DVec3, tolerance: f64) {
     }
 }
 
-/// Normals in the texture's encoding.
+/// Normals in the encoding of the texture.
 fn encoded(normal: DVec3) -> [f64; 3] {
     normal.normalize().to_array().map(|x| (x + 1.0) / 2.0)
 }
 
-/// A triangle across the view, with these uv in its corners.
+/// A triangle across the view, with these uv at its corners.
 fn triangle(uv: [[f32; 2]; 3]) -> Entity {
     let mesh = Mesh {
         positions: vec![[3.0, 9.0, -9.0], [3.0, -9.0, -9.0], [3.0, 0.0, 18.0]],
@@ -327,7 +327,7 @@ fn a_map_tilts_normals_along_u_and_v() {
             let world = u * tilt.x + v * tilt.y + n * tilt.z;
             let scene = with_colour(sunlit(entity.clone(), mapped()), encoded(tilt));
             has_normal(&scene, world, 2e-5);
-            // Scaled, as glTF has it: x and y of the normal that has been read.
+            // Scaled, as in glTF: x and y of the decoded normal.
             let mut scaled = mapped();
             scaled.modifiers.normal_scale = 0.5;
             let read = tilt.normalize();
@@ -338,8 +338,8 @@ fn a_map_tilts_normals_along_u_and_v() {
 }
 
 #[test]
-fn a_flat_map_changes_nothing() {
-    // All around a ball, for all integrators, and a mirror as well.
+fn a_flat_map_has_no_effect() {
+    // On all sides of a ball, for all integrators, and for a mirror as well.
     for material in [matte([0.7, 0.6, 0.5]), mirror([0.9; 3])] {
         for integrator in INTEGRATORS {
             let picture = |mapped| {
@@ -364,7 +364,7 @@ fn a_flat_map_changes_nothing() {
 fn with_ramp(scene: Scene, along_v: bool) -> Scene {
     const TEXELS: u32 = 64;
     let size = if along_v { [1, TEXELS] } else { [TEXELS, 1] };
-    // The first row of a picture is its uppermost.
+    // The first row of a picture is the uppermost.
     let height = |i: u32| if along_v { TEXELS - 1 - i } else { i };
     let texels: Vec<u8> =
         (0..TEXELS).flat_map(|i| (height(i) as f32 / TEXELS as f32).to_le_bytes()).collect();
@@ -385,13 +385,13 @@ fn with_ramp(scene: Scene, along_v: bool) -> Scene {
 }
 
 #[test]
-fn heights_tilt_normals_by_their_slope_in_the_world() {
+fn heights_tilt_normals_by_their_slope_in_world_space() {
     for (name, entity, [u, v, n]) in flats() {
         println!("{name}");
         for (along_v, up) in [(false, u), (true, v)] {
             let mut bumpy = textured(matte([0.5; 3]), "bump_map");
             bumpy.modifiers.bump_scale = 6.0;
-            // uv grow by one over 18 on all of them.
+            // uv increase by one over a length of 18 on all of them.
             let slope = 6.0 / 18.0;
             has_normal(&with_ramp(sunlit(entity.clone(), bumpy), along_v), n - up * slope, 2e-3);
         }
@@ -399,7 +399,7 @@ fn heights_tilt_normals_by_their_slope_in_the_world() {
 }
 
 #[test]
-fn maps_neither_leak_light_nor_go_black() {
+fn maps_neither_leak_nor_darken() {
     let tilts = [[0.95, 0.5, 0.6], [0.1, 0.3, 0.7], [0.5, 0.99, 0.51]];
     for tilt in tilts {
         // Seen at grazing angles, up to the horizon.
@@ -419,10 +419,10 @@ fn maps_neither_leak_light_nor_go_black() {
         });
         let (least, most) = pixels.iter().fold((9.0_f64, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
         assert!(least > 0.3 && most < 1.0 + 1e-4, "{tilt:?}: {least} to {most}");
-        // A mirror reflects all of it, wherever the map turns it.
+        // A mirror reflects everything, for any normal of the map.
         let (silver, _) = mean(&floor(textured(mirror([1.0; 3]), "normal_map")));
         assert!((silver - 1.0).abs() < 1e-5, "{tilt:?}: {silver}");
-        // Light below the floor stays there.
+        // Light below the floor remains there.
         for integrator in INTEGRATORS {
             let mut lit = floor(textured(matte([1.0; 3]), "normal_map"));
             lit.environment = [0.0; 3];
@@ -434,7 +434,7 @@ fn maps_neither_leak_light_nor_go_black() {
 }
 
 #[test]
-fn first_hits_are_those_that_samples_meet() {
+fn first_hits_are_those_of_samples() {
     let mut scene = sheets(0.5, 1);
     scene.materials[0].kind = matte([0.25; 3]).kind;
     scene.materials[1].kind = matte([0.75; 3]).kind;
@@ -459,10 +459,10 @@ fn first_hits_are_those_that_samples_meet() {
     for (found, share) in shares {
         assert!((found - share).abs() < 0.02, "{shares:?}");
     }
-    // Of a mix the material is the entity's own, and what lies behind a hole is seen at its own depth.
+    // For a mix, the material is the entity's own; surfaces behind a hole have their own depth.
     assert!(hits.iter().all(|hit| hit.met && [0, 3].contains(&hit.material)));
     assert!(hits.iter().all(|hit| (hit.depth - if hit.entity == 0 { 1.0 } else { 5.0 }).abs() < 1e-4));
-    // A map tilts what is seen of normals.
+    // A map changes the visible normals.
     let tilted =
         with_colour(sunlit(flats().remove(0).1, textured(matte([0.5; 3]), "normal_map")), [0.8, 0.5, 0.9]);
     let mut hits = Vec::new();

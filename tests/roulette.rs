@@ -1,7 +1,7 @@
 //! Estimators of the same radiance agree tile by tile: Russian roulette on and off, and `path` with
 //! `path-naive`.
 //!
-//! Verdicts fall at the level stated in `common::tiles`; the seeds of the two sides have nothing in common.
+//! Results are at the significance level stated in `common::tiles`; the seeds of the two sides are independent.
 
 mod common;
 
@@ -13,7 +13,8 @@ use common::tracers::{Method, NUMBERS, Numbers, replicates};
 use glam::DVec3;
 use stride::scene::{Filter, Scene};
 
-/// A closed white room of ten bounces and more, with mirror, glass and a lamp: what roulette is for.
+/// A closed white room with paths of ten bounces and more, with mirror, glass and a light: a scene in which roulette
+/// matters.
 fn bright_room() -> Scene {
     let materials = vec![matte([0.85; 3]), mirror([0.9; 3]), glass(1.5), matte([0.7, 0.8, 0.9])];
     let entities = vec![
@@ -33,7 +34,7 @@ fn bright_room() -> Scene {
     scene
 }
 
-/// A scene that emits `factor` times as much.
+/// A scene with the emission multiplied by `factor`.
 fn brighter(mut scene: Scene, factor: f64) -> Scene {
     for entity in &mut scene.entities {
         entity.emission = entity.emission.map(|e| e * factor);
@@ -41,7 +42,7 @@ fn brighter(mut scene: Scene, factor: f64) -> Scene {
     scene
 }
 
-/// Whether the comparison passes: `None` where it does, else its verdict, and the means for a reader.
+/// Whether the comparison passes: `None` if it does, otherwise its result and the means for the message.
 fn disagreement(a: &Replicates, b: &Replicates, comparisons: usize) -> Option<String> {
     let verdict: Verdict = welch(a, b);
     let told = format!("{verdict}; means {} and {}", a.mean(), b.mean());
@@ -50,7 +51,7 @@ fn disagreement(a: &Replicates, b: &Replicates, comparisons: usize) -> Option<St
 }
 
 #[test]
-fn russian_roulette_changes_no_mean_and_two_percent_are_noticed() {
+fn russian_roulette_preserves_the_mean_and_two_percent_are_detected() {
     let scene = bright_room();
     for numbers in NUMBERS {
         let samples = 16;
@@ -58,26 +59,32 @@ fn russian_roulette_changes_no_mean_and_two_percent_are_noticed() {
         let without = replicates(Method::PathWithoutRoulette, numbers, &scene, samples, 200);
         assert_eq!(disagreement(&with, &without, NUMBERS.len()), None, "{numbers:?}");
         let wrong = replicates(Method::Path, numbers, &brighter(scene.clone(), 1.02), samples, 300);
-        assert!(disagreement(&wrong, &without, 1_000_000).is_some(), "{numbers:?}: 2% are not seen");
+        assert!(
+            disagreement(&wrong, &without, 1_000_000).is_some(),
+            "{numbers:?}: an error of 2% is not detected"
+        );
     }
 }
 
 #[test]
-fn on_the_cover_asking_for_lights_finds_what_chance_finds_and_two_percent_are_noticed() {
+fn on_the_cover_next_event_estimation_matches_naive_paths_and_two_percent_are_detected() {
     let scene = cover(64, 48);
     assert_eq!(scene.entities[COVER_LIGHT].emission, [1.0; 3]);
-    // Reflections of the lamp are rare and bright: with fewer samples a tile is not close to normal.
+    // Reflections of the light are infrequent and bright: with fewer samples a tile is not nearly normal.
     let by_chance = replicates(Method::PathNaive, Numbers::Independent, &scene, 256, 400);
     for numbers in NUMBERS {
         let asking = replicates(Method::Path, numbers, &scene, 128, 500);
         assert_eq!(disagreement(&asking, &by_chance, NUMBERS.len()), None, "{numbers:?}");
         let wrong = replicates(Method::Path, numbers, &brighter(scene.clone(), 1.02), 128, 600);
-        assert!(disagreement(&wrong, &by_chance, 1_000_000).is_some(), "{numbers:?}: 2% are not seen");
+        assert!(
+            disagreement(&wrong, &by_chance, 1_000_000).is_some(),
+            "{numbers:?}: an error of 2% is not detected"
+        );
     }
 }
 
 #[test]
-fn equal_estimators_agree_at_the_rate_that_the_level_says() {
+fn equal_estimators_agree_at_the_rate_of_the_level() {
     let mut scene = sized(bright_room(), 32, 24);
     scene.render.max_depth = 5;
     let sides: Vec<Replicates> = (0..12)

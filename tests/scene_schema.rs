@@ -1,4 +1,4 @@
-//! The JSON Schema of scene files keeps step with the reader.
+//! The JSON Schema of scene files agrees with the reader.
 
 use std::path::Path;
 use std::{env, fs};
@@ -16,7 +16,7 @@ fn json(text: &str) -> Value {
 }
 
 #[test]
-fn the_committed_schema_is_the_readers() {
+fn the_committed_schema_is_current() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.schema.json");
     if env::var_os("STRIDE_BLESS").is_some() {
         let text = serde_json::to_string_pretty(&schema()).expect("JSON");
@@ -27,7 +27,7 @@ fn the_committed_schema_is_the_readers() {
 }
 
 #[test]
-fn the_schema_is_a_schema() {
+fn the_schema_is_valid() {
     jsonschema::draft202012::meta::validate(&schema()).expect("draft 2020-12");
 }
 
@@ -48,7 +48,7 @@ fn scenes_of_the_repository_are_valid() {
     assert!(scenes >= 12);
 }
 
-/// Every key says what it is about, and no table takes unknown ones.
+/// Every key has a description, and no table accepts unknown keys.
 #[test]
 fn every_key_is_described() {
     fn check(at: &str, schema: &Value, keys: &mut usize) {
@@ -74,7 +74,7 @@ fn every_key_is_described() {
     assert!(keys > 50, "{keys}");
 }
 
-/// A scene with something in the place of each kind of value.
+/// A scene with an example of each kind of value.
 const GOOD: &str = r#"
 [film]
 width = 640
@@ -147,7 +147,7 @@ group = "pair"
 group = "pairs"
 "#;
 
-/// What to change in [`GOOD`] so that neither takes it.
+/// Changes to [`GOOD`] that both must reject.
 const WRONG: &[(&str, &str)] = &[
     ("[film]", "[flim]"),
     ("width = 640", "widht = 640"),
@@ -224,7 +224,7 @@ const WRONG: &[(&str, &str)] = &[
 ];
 
 #[test]
-fn reader_and_schema_take_and_refuse_the_same() {
+fn reader_and_schema_accept_and_reject_the_same() {
     let validator = validator();
     let takes = |text: &str| (parse(text, "box.toml".as_ref()).is_ok(), validator.is_valid(&json(text)));
     assert_eq!(takes(GOOD), (true, true));

@@ -1,4 +1,4 @@
-//! Tangents, along which u grows and v does not change, on every shape.
+//! Tangents, along which u increases and v is constant, on every shape.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
 use stride::scene::{ConductorParameters, Entity, Material, MaterialKind, Mesh, Scene, Shape};
-use stride::world::{Finder, World, compile_sharing};
+use stride::world::{AcceleratorChoice, World, compile_sharing};
 
 fn brushed() -> Material {
     let (eta, k) = (Some([0.2; 3]), Some([3.0; 3]));
@@ -16,7 +16,7 @@ fn brushed() -> Material {
     Material { name: "brushed".into(), kind: MaterialKind::Conductor(parameters), ..Material::default() }
 }
 
-/// A curved sheet of triangles, whose uv are skewed and run the other way round if it is turned.
+/// A curved sheet of triangles with skewed uv, which are mirrored if it is flipped.
 fn sheet(turned: bool) -> Mesh {
     let n = 12;
     let mut mesh = Mesh::default();
@@ -46,7 +46,7 @@ fn place() -> DAffine3 {
     )
 }
 
-/// An entity of the only group, which stands at a place that squeezes and mirrors it.
+/// An entity of the only group, whose instance scales it unevenly and mirrors it.
 fn grouped(entity: Entity) -> Vec<Entity> {
     vec![Entity { within: Some(0), ..entity }]
 }
@@ -56,7 +56,7 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
         shape: Shape::Mesh { mesh: Arc::new(sheet(turned)), transform: place() },
         ..Entity::default()
     };
-    // Twice, far away the second time, so that they are shared.
+    // Twice, the second time far away, so that they are shared.
     let one = Arc::new(sheet(false));
     let copy = |at: DVec3| Entity {
         shape: Shape::Mesh { mesh: Arc::clone(&one), transform: DAffine3::from_translation(at) * place() },
@@ -72,7 +72,7 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
         ("cylinder", vec![cylinder(v(-1.0, 0.2, -0.3), v(1.2, 0.1, 0.4), 0.8, 0)]),
         ("box", vec![cuboid(v(-0.8, -0.7, -0.6), v(0.9, 0.8, 0.7), 0)]),
         ("mesh", vec![placed(false)]),
-        ("mesh with uv turned round", vec![placed(true)]),
+        ("mesh with mirrored uv", vec![placed(true)]),
         ("instances", vec![copy(DVec3::ZERO), copy(v(50.0, 0.0, 0.0))]),
         ("sphere in a group", grouped(sphere(v(0.2, 0.1, -0.3), 1.0, 0))),
         ("quad in a group", grouped(quad(v(-0.9, -0.9, 0.2), v(1.8, 0.3, 0.1), v(0.6, 1.6, -0.2), 0))),
@@ -82,7 +82,7 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
     ]
 }
 
-/// A scene of these, with the group that they may be in at a place of its own.
+/// A scene of these shapes, with an instance of the group that they may be in.
 fn seen(entities: Vec<Entity>) -> Scene {
     let mut scene = scene(vec![brushed()], entities);
     if scene.entities[0].within.is_some() {
@@ -97,14 +97,14 @@ fn seen(entities: Vec<Entity>) -> Scene {
     scene
 }
 
-/// Of a surface and a point a little further along its tangent the uv differ along u alone.
+/// Between a point of a surface and one slightly further along its tangent, only u changes.
 #[test]
-fn along_a_tangent_u_grows_and_v_stays() {
+fn along_a_tangent_u_increases_and_v_is_constant() {
     let stream = &mut Stream::new(1, 0, 0);
     for (name, entities) in everything() {
         let scene = seen(entities);
         let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
-        let world = World::new(&surfaces, Finder::Simple);
+        let world = World::new(&surfaces, AcceleratorChoice::Simple);
         let (mut seen, mut wrong) = (0, 0);
         for _ in 0..2000 {
             let o = direction(stream) * 4.0;
@@ -117,7 +117,7 @@ fn along_a_tangent_u_grows_and_v_stays() {
             let point = tables.surfaces.point(&ray, &hit);
             let tangent = wide(tables.surfaces.tangent(&point, hit.instance));
             let n = wide(point.n);
-            // Near the middle of a disk and the poles of a sphere u turns fast; along the surface a step is long.
+            // Near the centre of a disk and the poles of a sphere, u changes quickly; along the surface a step is long.
             if d.dot(n).abs() < 0.2 || tangent.length() < 0.2 * 1e-2 {
                 continue;
             }
@@ -132,13 +132,13 @@ fn along_a_tangent_u_grows_and_v_stays() {
             let uv = |point, instance| tables.surfaces.uv(&point, instance, true).map(f64::from);
             let next_point = tables.surfaces.point(&moved, &next);
             let ([u, v], [next_u, next_v]) = (uv(point, hit.instance), uv(next_point, next.instance));
-            // u may go round.
+            // u may wrap around.
             let (du, dv) = (next_u - u, next_v - v);
             if du.abs() > 0.5 {
                 continue;
             }
             seen += 1;
-            // Over a step curved surfaces bend away, by the step over their radius.
+            // Over a step, curved surfaces bend away by the step over their radius.
             wrong += u32::from(!(du > 0.0 && dv.abs() < 0.03 * du.abs().max(1e-4)));
         }
         assert!(seen > 150, "{name}: {seen}");
@@ -146,14 +146,14 @@ fn along_a_tangent_u_grows_and_v_stays() {
     }
 }
 
-/// Steps along ∂p/∂u and ∂p/∂v change uv as the gradients say, and one of the two alone.
+/// Steps along ∂p/∂u and ∂p/∂v change uv as given by the gradients, and only one of the two.
 #[test]
-fn along_each_of_uv_the_other_stays() {
+fn along_each_of_uv_the_other_is_constant() {
     let stream = &mut Stream::new(2, 0, 0);
     for (name, entities) in everything() {
         let scene = seen(entities);
         let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
-        let world = World::new(&surfaces, Finder::Simple);
+        let world = World::new(&surfaces, AcceleratorChoice::Simple);
         let (mut seen, mut wrong) = (0, 0);
         for _ in 0..2000 {
             let o = direction(stream) * 4.0;
@@ -168,7 +168,7 @@ fn along_each_of_uv_the_other_stays() {
             let n = wide(point.n);
             let [along_u, along_v] = [basis.along_u, basis.along_v].map(wide);
             let gradients = [basis.gradient_u, basis.gradient_v].map(wide);
-            // Near the middle of a disk and the poles of a sphere u turns fast; along the surface a step is long.
+            // Near the centre of a disk and the poles of a sphere, u changes quickly; along the surface a step is long.
             if d.dot(n).abs() < 0.2 || gradients.iter().any(|gradient| gradient.length() > 2.0) {
                 continue;
             }
@@ -191,7 +191,7 @@ fn along_each_of_uv_the_other_stays() {
                 }
                 let after = uv(tables.surfaces.point(&moved, &next));
                 let changes = [after[0] - own[0], after[1] - own[1]];
-                // u may go round.
+                // u may wrap around.
                 if changes[0].abs() > 0.5 {
                     continue;
                 }
@@ -206,16 +206,16 @@ fn along_each_of_uv_the_other_stays() {
     }
 }
 
-/// A frame follows uv where a surface is anisotropic, and is the usual one in scenes without any such.
+/// A frame follows uv on anisotropic surfaces, and is the usual one in scenes without any.
 #[test]
-fn frames_follow_the_grain() {
+fn frames_of_anisotropic_materials_follow_uv() {
     let ball = || vec![sphere(DVec3::ZERO, 1.0, 0)];
     let ray = Ray::new(Vec3::splat([3.0, 0.5, 0.25]), Vec3::splat([-1.0, 0.0, 0.0]));
     let frame = |material| {
         let scene = scene(vec![material], ball());
         let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1 << 20).unwrap();
-        let hit = World::new(&surfaces, Finder::Simple).intersect(&ray, true);
-        let at = tables.interaction(&ray, &hit, true, stride::world::Uv::WherePatterned);
+        let hit = World::new(&surfaces, AcceleratorChoice::Simple).intersect(&ray, true);
+        let at = tables.interaction(&ray, &hit, true, stride::world::Uv::IfTextured);
         (tables.frame(&at), at.point.n)
     };
     let (brushed, n) = frame(brushed());

@@ -1,4 +1,4 @@
-//! Meshes of other sizes than usual look the same.
+//! Meshes of unusual sizes look the same.
 
 mod common;
 
@@ -10,10 +10,10 @@ use stride::integrator::Paths;
 use stride::math::lanes::Level;
 use stride::sampling::Region;
 use stride::scene::{Entity, Integrator, Mesh, Scene, Shape};
-use stride::world::Finder;
+use stride::world::AcceleratorChoice;
 
-/// A grid of matte triangles under a white sky, a small lamp of triangles and a point light, seen from above, with all
-/// lengths multiplied: those of the file, or those of the transform.
+/// A grid of matte triangles under a white sky, with a small light of triangles and a point light, seen from above. All
+/// lengths are multiplied, either in the file or by the transform.
 fn grid(scale: f64, by_transform: bool, smooth: bool) -> Scene {
     let (of_file, of_place) = if by_transform { (1.0, scale) } else { (scale, 1.0) };
     let mut ground = Mesh::default();
@@ -52,21 +52,21 @@ fn grid(scale: f64, by_transform: bool, smooth: bool) -> Scene {
 }
 
 #[test]
-fn tiny_and_huge_meshes_look_like_those_of_usual_size() {
+fn tiny_and_huge_meshes_look_like_meshes_of_usual_size() {
     for smooth in [false, true] {
         for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
-            let radiance = |scale: f64, by_transform: bool, finder: Finder| {
+            let radiance = |scale: f64, by_transform: bool, accelerator: AcceleratorChoice| {
                 let mut scene = grid(scale, by_transform, smooth);
                 scene.render.integrator = integrator;
                 let region = Region::whole(scene.film.width, scene.film.height);
                 let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
                 let mut out = Vec::new();
                 let paths = Paths { pixels: &pixels, first_sample: 0, samples: 4 };
-                integrator_in(&scene, finder).trace(Level::available()[0], &paths, &mut out);
+                integrator_in(&scene, accelerator).trace(Level::available()[0], &paths, &mut out);
                 out.sort_by_key(|f| (f.sample.pixel, f.sample.sample));
                 out.into_iter().map(|f| f.sample.radiance[0]).collect::<Vec<_>>()
             };
-            let usual = radiance(1.0, false, Finder::Simple);
+            let usual = radiance(1.0, false, AcceleratorChoice::Simple);
             assert!(usual.iter().any(|&x| x != 1.0 && x > 0.0));
             for (scale, by_transform) in [
                 (1e-12, true),
@@ -77,7 +77,7 @@ fn tiny_and_huge_meshes_look_like_those_of_usual_size() {
                 (1e13, false),
                 (1e17, true),
             ] {
-                let scaled = radiance(scale, by_transform, Finder::Bvh);
+                let scaled = radiance(scale, by_transform, AcceleratorChoice::Bvh);
                 // A rounding can take a path past an edge: then it goes another way.
                 let same = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-3 * a.abs();
                 let others = usual.iter().zip(&scaled).filter(|&pair| !same(pair)).count();

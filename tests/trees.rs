@@ -1,8 +1,8 @@
-//! The tree against trying everything, to the bit, at every SIMD level, in the library as programs have it.
+//! Trees compared with an exhaustive search, to the bit, at every SIMD level, in the library as programs use it.
 //!
-//! As a unit test of the library it found a fault of the compiler: where lanes were plain arrays, LLVM 22.1.2's SLP
-//! vectoriser used a value of the intersection of rays with triangles before it was computed (where it packed values that
-//! were copied), and shadows of one scene of instances were wrong.
+//! As a unit test of the library it found a compiler bug: where lanes were plain arrays, the SLP vectoriser of LLVM
+//! 22.1.2 used a value of the intersection of rays with triangles before it was computed (where it packed copied
+//! values), and shadows in a scene of instances were wrong.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
@@ -10,8 +10,8 @@ use std::sync::Arc;
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{LaneFloat, LaneMask, LaneUint, Ray, Vec3};
 use stride::sampling::Stream;
-use stride::shape::{Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Rare, Sphere};
-use stride::world::{Bvh, Finder, Instances, Simple, Treed, Triangles, World};
+use stride::shape::{CustomShape, Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Sphere};
+use stride::world::{AcceleratorChoice, Bvh, Instances, Simple, TreeScope, Triangles, World};
 
 fn direction(stream: &mut Stream) -> DVec3 {
     let z = stream.random_range(-1.0..1.0_f64);
@@ -24,15 +24,15 @@ fn narrow(v: DVec3) -> Vec3<f32> {
     Vec3::splat(v.to_array().map(|x| x as f32))
 }
 
-/// A random scene, and points of it at which rays are worth aiming.
+/// A random scene, and points of it for rays to aim at.
 struct Jumble {
     surfaces: Simple,
     scale: f64,
     targets: Vec<DVec3>,
 }
 
-/// Shapes of sizes that differ by up to 10⁶, some of them twice, some in one place, some flat along an axis,
-/// some oblique to a ten-thousandth.
+/// Shapes whose sizes differ by up to 10⁶, some of them twice, some coincident, some flat along an axis, some oblique
+/// by a ten-thousandth.
 fn jumble(stream: &mut Stream) -> Jumble {
     let scale = 10_f64.powi(stream.random_range(-6..=6));
     let place = direction(stream) * scale * [0.0, 1.0, 1e3][stream.random_range(0..3)];
@@ -42,7 +42,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
     let mut targets = Vec::new();
     let mut mesh = Mesh::default();
     let mut rows: Vec<u32> = (0..3 * count).collect();
-    // Rows in no order of place, and not every one.
+    // Rows in random order, with gaps.
     for i in (1..rows.len()).rev() {
         rows.swap(i, stream.random_range(0..=i));
     }
@@ -52,7 +52,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
         let twice = stream.random_range(0..5) == 0;
         match stream.random_range(0..28) {
             16..=23 => {
-                // Slivers, needles, points; some share vertices with the last.
+                // Slivers, needles and points; some share vertices with the previous one.
                 let thin = [1.0, 1.0, 1e-3, 1e-6, 0.0][stream.random_range(0..5)];
                 let (u, v) = match stream.random_range(0..3) {
                     0 => (DVec3::X, DVec3::Y),
@@ -74,13 +74,13 @@ fn jumble(stream: &mut Stream) -> Jumble {
             24.. => {
                 let (along, to) = (direction(stream) * size, centre + direction(stream) * size);
                 let shapes = [
-                    Rare::Disk(Disk::new(centre, along.normalize(), size)),
-                    Rare::Cylinder(Cylinder::new(centre, to, size * stream.random_range(0.01..2.0))),
+                    CustomShape::Disk(Disk::new(centre, along.normalize(), size)),
+                    CustomShape::Cylinder(Cylinder::new(centre, to, size * stream.random_range(0.01..2.0))),
                 ];
                 let shape = shapes[stream.random_range(0..2)];
-                surfaces.rare.push((shape, row));
+                surfaces.custom.push((shape, row));
                 if twice {
-                    surfaces.rare.push((shape, row + 1000));
+                    surfaces.custom.push((shape, row + 1000));
                 }
                 targets.extend([centre, to, centre + along.any_orthonormal_vector() * size]);
             }
@@ -123,7 +123,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
     surfaces.spheres.sort_by_key(|(_, row)| *row);
     surfaces.quads.sort_by_key(|(_, row)| *row);
     surfaces.planes.sort_by_key(|(_, row)| *row);
-    surfaces.rare.sort_by_key(|(_, row)| *row);
+    surfaces.custom.sort_by_key(|(_, row)| *row);
     let mut triangles = Triangles::default();
     triangles.push(&mesh, &DAffine3::IDENTITY, 0);
     if stream.random_range(0..3) == 0 {
@@ -133,7 +133,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
     Jumble { surfaces, scale, targets }
 }
 
-/// Shared meshes of a few triangles, turned, squeezed, mirrored and sheared; some stand twice in one place.
+/// Shared meshes of a few triangles, rotated, scaled, mirrored and sheared; some instances coincide.
 fn instances(
     triangles: &mut Triangles,
     place: DVec3,
@@ -191,7 +191,7 @@ fn instances(
 }
 
 impl Jumble {
-    /// A ray from anywhere between a thousandth and a million sizes away, or from a target itself, towards a
+    /// A ray that starts at a distance from a thousandth to a million sizes, or at a target itself, and goes to a
     /// target, past it, or along an axis.
     fn ray(&self, stream: &mut Stream) -> Ray<f32> {
         let target = self.targets[stream.random_range(0..self.targets.len())];
@@ -216,7 +216,7 @@ impl Jumble {
             }
         };
         let o = match stream.random_range(0..3) {
-            // Along an axis through a target, exactly.
+            // Along an axis exactly through a target.
             0 => {
                 let t = narrow(target);
                 let back = (self.scale * far) as f32;
@@ -228,10 +228,11 @@ impl Jumble {
     }
 }
 
-/// Of a ray, as bits: distance, surface, instance and weights of its hit, and whether anything is nearer than its limit.
+/// The results for a ray as bits: distance, surface, instance and weights of its hit, and whether anything is nearer
+/// than its limit.
 type Answer = (u32, u32, u32, [u32; 2], bool);
 
-/// The answers of a world to rays.
+/// The results of a world for some rays.
 struct Ask<'a> {
     world: &'a World,
     rays: &'a [Ray<f32>],
@@ -269,7 +270,7 @@ impl Kernel for Ask<'_> {
             all.extend((0..chunk.len()).map(|i| {
                 let is_some = t[i] < NOTHING;
                 let (row, instance) = if is_some { (rows[i], instances[i]) } else { (u32::MAX, 0) };
-                // A triangle without area is met with weights that are no numbers, whose bits do not matter.
+                // The weights of a hit on a degenerate triangle are NaN, whose bits do not matter.
                 let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
                 let weights = weights.map(|each| if is_some { bits(each[i]) } else { 0 });
                 (t[i].to_bits(), row, instance, weights, occluded >> i & 1 != 0)
@@ -279,7 +280,7 @@ impl Kernel for Ask<'_> {
     }
 }
 
-/// How many of some rays a tree answers otherwise than trying everything does, and how many hit something.
+/// The number of rays for which a tree differs from an exhaustive search, and the number of hits.
 fn differences(
     jumble: &Jumble,
     tree: &World,
@@ -288,7 +289,7 @@ fn differences(
     stream: &mut Stream,
 ) -> (usize, usize) {
     let rays: Vec<_> = (0..rays).map(|_| jumble.ray(stream)).collect();
-    let every = World::new(&jumble.surfaces, Finder::Simple);
+    let every = World::new(&jumble.surfaces, AcceleratorChoice::Simple);
     let truth: Vec<f32> = rays.iter().map(|ray| every.intersect(ray, true).t).collect();
     let limits: Vec<f32> = truth
         .iter()
@@ -311,15 +312,16 @@ fn differences(
 }
 
 #[test]
-fn the_tree_answers_what_trying_everything_answers() {
+fn trees_agree_with_an_exhaustive_search() {
     let stream = &mut Stream::new(11, 0, 0);
     let levels = Level::available();
     let (mut rays, mut hits) = (0, 0);
     for i in 0..1000 {
         let jumble = jumble(stream);
-        // Everything in the tree, or only meshes, which rays then look for as far as what they have met beside it.
-        let treed = if (i / levels.len()).is_multiple_of(2) { Treed::Everything } else { Treed::Meshes };
-        let tree = World::with_tree_of(&jumble.surfaces, treed);
+        // Everything in the tree, or only meshes, which are searched up to the hit on other surfaces.
+        let tree_scope =
+            if (i / levels.len()).is_multiple_of(2) { TreeScope::Everything } else { TreeScope::Meshes };
+        let tree = World::with_tree_scope(&jumble.surfaces, tree_scope);
         let level = levels[i % levels.len()];
         let (wrong, some) = differences(&jumble, &tree, level, 1000, stream);
         assert_eq!(wrong, 0, "scene {i}, {level}: {:?}", jumble.surfaces);
@@ -330,8 +332,8 @@ fn the_tree_answers_what_trying_everything_answers() {
 }
 
 #[test]
-fn boxes_that_are_too_small_are_noticed() {
-    // Smaller than the shapes by a thousandth, and by what rounding can do.
+fn boxes_that_are_too_small_are_detected() {
+    // Smaller than the shapes by a thousandth, and by rounding errors.
     for share in [1e-3, 3e-6] {
         let stream = &mut Stream::new(12, 0, 0);
         let mut wrong = 0;
@@ -339,18 +341,18 @@ fn boxes_that_are_too_small_are_noticed() {
             let jumble = jumble(stream);
             let (simple, tree) = Bvh::with(
                 &jumble.surfaces,
-                Treed::Everything,
+                TreeScope::Everything,
                 |bounds| bounds.grown(-share).grown(-stride::shape::BOUNDS_ERROR),
                 1,
             );
             let tree = World { simple, tree: Some(tree) };
             wrong += differences(&jumble, &tree, Level::SCALAR, 500, stream).0;
         }
-        assert!(wrong > 20, "{wrong} wrong answers from boxes smaller by {share}");
+        assert!(wrong > 20, "{wrong} wrong results with boxes smaller by {share}");
     }
 }
 
-/// A ray that is not finite: one coordinate, or some, are NaN or infinite.
+/// A non-finite ray: one or several components are NaN or infinite.
 fn broken(jumble: &Jumble, stream: &mut Stream) -> Ray<f32> {
     let Ray { o, d, .. } = jumble.ray(stream);
     let mut numbers = [o.x, o.y, o.z, d.x, d.y, d.z];
@@ -366,16 +368,16 @@ fn broken(jumble: &Jumble, stream: &mut Stream) -> Ray<f32> {
     Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz))
 }
 
-/// What every world answers for some rays at every level.
+/// The results of every world for some rays at every level.
 fn every_answer(jumble: &Jumble, rays: &[Ray<f32>], limits: &[f32]) -> Vec<Vec<Answer>> {
-    let all = [Treed::Nothing, Treed::Everything, Treed::Meshes];
-    let worlds = all.map(|treed| World::with_tree_of(&jumble.surfaces, treed));
+    let all = [TreeScope::Nothing, TreeScope::Everything, TreeScope::Meshes];
+    let worlds = all.map(|tree_scope| World::with_tree_scope(&jumble.surfaces, tree_scope));
     let ask = |level| worlds.iter().map(move |world| dispatch(level, Ask { world, rays, limits }));
     Level::available().into_iter().flat_map(ask).collect()
 }
 
 #[test]
-fn rays_that_are_not_finite_meet_nothing_in_any_world_at_any_level() {
+fn non_finite_rays_hit_nothing_in_any_world_at_any_level() {
     let stream = &mut Stream::new(14, 0, 0);
     for _ in 0..200 {
         let jumble = jumble(stream);
@@ -390,7 +392,7 @@ fn rays_that_are_not_finite_meet_nothing_in_any_world_at_any_level() {
 }
 
 #[test]
-fn rays_without_a_direction_end_and_are_answered_alike() {
+fn rays_without_a_direction_end_and_agree() {
     let stream = &mut Stream::new(15, 0, 0);
     for _ in 0..100 {
         let jumble = jumble(stream);
@@ -405,7 +407,7 @@ fn rays_without_a_direction_end_and_are_answered_alike() {
 }
 
 #[test]
-fn a_ray_that_overflows_on_its_way_into_an_instance_meets_nothing_there() {
+fn a_ray_that_overflows_in_an_instance_hits_nothing_there() {
     let mesh = Mesh {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2]; 9],
@@ -419,7 +421,7 @@ fn a_ray_that_overflows_on_its_way_into_an_instance_meets_nothing_there() {
     instances.push(0, &tiny, 0);
     let surfaces =
         Simple { triangles: Arc::new(triangles), instances: Arc::new(instances), ..Simple::default() };
-    let tree = World::new(&surfaces, Finder::Bvh);
+    let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
     // From so far that its origin has no finite coordinate in the mesh's space.
     let d = Vec3::<f32>::splat([-1.0, -1.0, -1.0]).normalized();
     let ray = Ray::new(d * -1e3, d);

@@ -14,7 +14,7 @@ use stride::scene::{
     MaterialKind, PlaneParameters, PointLightParameters, QuadParameters, Scene, Shape, SphereParameters,
     SpotLightParameters,
 };
-use stride::world::Finder;
+use stride::world::AcceleratorChoice;
 
 /// The scene in another unit, `s` of which are one old unit. Its checkerboards are on planes.
 fn scaled(scene: &Scene, s: f64) -> Scene {
@@ -97,11 +97,11 @@ fn everything() -> Scene {
 }
 
 /// The radiance of every sample.
-fn samples(scene: &Scene, finder: Finder) -> Vec<[f32; 3]> {
+fn samples(scene: &Scene, accelerator: AcceleratorChoice) -> Vec<[f32; 3]> {
     let samples = scene.render.samples;
     let mut seen = vec![[0.0; 3]; (scene.film.width * scene.film.height * samples) as usize];
     let mut count = vec![0; (scene.film.width * scene.film.height) as usize];
-    common::for_each_sample_in(scene, finder, |pixel, radiance| {
+    common::for_each_sample_in(scene, accelerator, |pixel, radiance| {
         seen[pixel * samples as usize + count[pixel]] = radiance;
         count[pixel] += 1;
     });
@@ -122,18 +122,18 @@ fn units_that_are_powers_of_two_apart_give_the_same_bits() {
     ];
     for (name, scene) in scenes {
         for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
-            for finder in [Finder::Simple, Finder::Bvh] {
+            for accelerator in [AcceleratorChoice::Simple, AcceleratorChoice::Bvh] {
                 let mut scene = scene.clone();
                 (scene.render.integrator, scene.render.samples) = (integrator, 4);
-                let expected = samples(&scene, finder);
+                let expected = samples(&scene, accelerator);
                 assert!(expected.iter().flatten().any(|&c| c > 0.0), "{name} is black");
                 for power in [-20, -10, 10, 20] {
-                    let found = samples(&scaled(&scene, libm::exp2(f64::from(power))), finder);
+                    let found = samples(&scaled(&scene, libm::exp2(f64::from(power))), accelerator);
                     let differ = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
                     assert_eq!(
                         differ,
                         0,
-                        "{name} by 2^{power}, {integrator}, {finder:?}: of {}",
+                        "{name} by 2^{power}, {integrator}, {accelerator:?}: of {}",
                         found.len()
                     );
                 }
@@ -141,7 +141,7 @@ fn units_that_are_powers_of_two_apart_give_the_same_bits() {
                 if !scene.lights.is_empty() {
                     let mut other = scaled(&scene, 1024.0);
                     other.lights.clone_from(&scaled(&scene, 1023.0).lights);
-                    assert_ne!(samples(&other, finder), expected, "{name}");
+                    assert_ne!(samples(&other, accelerator), expected, "{name}");
                 }
             }
         }
@@ -158,7 +158,7 @@ fn units_of_a_thousand_give_the_same_picture_within_rounding() {
         for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
             let mut scene = scene.clone();
             (scene.render.integrator, scene.render.samples) = (integrator, 16);
-            let expected = samples(&scene, Finder::Bvh);
+            let expected = samples(&scene, AcceleratorChoice::Bvh);
             // Among the samples that are not black in both pictures.
             let close = |found: &[[f32; 3]]| {
                 let lit = found.iter().zip(&expected).filter(|(a, b)| a.iter().chain(*b).any(|&c| c > 0.0));
@@ -169,7 +169,7 @@ fn units_of_a_thousand_give_the_same_picture_within_rounding() {
             };
             for scale in [1e-3, 1e3, 1e6] {
                 // Rounding moves a few paths across an edge.
-                let found = samples(&scaled(&scene, scale), Finder::Bvh);
+                let found = samples(&scaled(&scene, scale), AcceleratorChoice::Bvh);
                 let (share, ratio) = (close(&found), mean(&found) / mean(&expected));
                 println!("{name}, {integrator}, times {scale}: {share} of the samples, {ratio} of the mean");
                 assert!(share > 0.9, "{name}, {integrator}, times {scale}: {share}");
@@ -178,7 +178,7 @@ fn units_of_a_thousand_give_the_same_picture_within_rounding() {
             // Negative control.
             let mut other = scaled(&scene, 1e3);
             other.camera.eye.y += 50.0;
-            assert!(close(&samples(&other, Finder::Bvh)) < 0.9, "{name}, {integrator}");
+            assert!(close(&samples(&other, AcceleratorChoice::Bvh)) < 0.9, "{name}, {integrator}");
         }
     }
 }
@@ -348,7 +348,7 @@ materials.w = {{ type = \"matte\", reflectance = [0.5, 0.6, 0.7] }}\n"
     }
     let (shape, _, warnings) = load("[0, 0, 2]", "3");
     assert_eq!(shape, Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: 3.0 }));
-    let told = "a.toml:4:72: the normal's length is 2, and distance is a length all the same; if X·normal = distance is meant with the normal as it is, divide both by 2";
+    let told = "a.toml:4:72: the normal's length is 2, but distance is measured along the unit normal; to mean X·normal = distance with this normal, divide both by 2";
     assert_eq!(warnings, [told]);
     // Normals with three digits have length one.
     assert_eq!(load("[0.577, 0.577, 0.577]", "1").2, Vec::<String>::new());

@@ -1,6 +1,6 @@
-//! Ray tracing asks every lamp, and a mesh is one: what it shows is what `path` shows, and the work has a bound.
+//! Whitted ray tracing samples every light, and a mesh is one: images agree with `path`, and the work is bounded.
 //!
-//! Verdicts on pictures fall at the level stated in `common::blocks`.
+//! Images are compared at the level stated in `common::blocks`.
 
 mod common;
 
@@ -19,7 +19,7 @@ fn ball(centre: DVec3, n: u32, radiance: f64) -> Entity {
     emitting(mesh(icosphere(centre, 0.7, n, false), 1), radiance)
 }
 
-/// A floor, lamps over it, a ball that takes some of the light away, and a point light.
+/// A floor, lamps over it, a ball that occludes some of the light, and a point light.
 fn floor(lamps: Vec<Entity>, integrator: Integrator) -> Scene {
     let mut entities = vec![plane(DVec3::Z, -1.0, 0), sphere(v(4.5, -1.0, -0.5), 0.4, 0)];
     entities.extend(lamps);
@@ -32,7 +32,7 @@ fn floor(lamps: Vec<Entity>, integrator: Integrator) -> Scene {
 }
 
 #[test]
-fn a_mesh_that_is_one_lamp_gives_the_light_that_its_triangles_give() {
+fn a_mesh_as_one_light_agrees_with_its_triangles() {
     // One lamp near, one far, and one of few triangles, whose lights lie between theirs.
     let lamps = |radiance: f64| {
         let few = emitting(mesh(icosphere(v(5.0, 2.0, 0.5), 0.3, 1, false), 1), 6.0);
@@ -45,13 +45,13 @@ fn a_mesh_that_is_one_lamp_gives_the_light_that_its_triangles_give() {
     let verdict = compare(&asked.blocks(), &as_one.blocks());
     println!("{verdict}");
     assert!(verdict.agrees(), "{verdict}");
-    // Negative control: one of the lamps brighter by a twentieth.
+    // Negative control: one of the lights brighter by a twentieth.
     let brighter = estimate(&floor(lamps(3.15), Integrator::Whitted));
     let verdict = compare(&asked.blocks(), &brighter.blocks());
     assert!(!verdict.agrees(), "{verdict}");
 }
 
-/// Rays for each sample of one a pixel, at the end of which `path` would ask one light.
+/// Rays per sample at one sample per pixel; at the end of such a path, `path` would sample one light.
 fn rays(lamps: Vec<Entity>) -> f64 {
     let floor = floor(lamps, Integrator::Whitted);
     let region = Region::whole(floor.film.width, floor.film.height);
@@ -62,18 +62,18 @@ fn rays(lamps: Vec<Entity>) -> f64 {
 }
 
 #[test]
-fn the_work_at_a_vertex_does_not_grow_with_a_lamps_triangles() {
+fn the_work_does_not_grow_with_a_lights_triangles() {
     let at = v(4.0, 0.5, 1.5);
     for n in [4, 16, 64] {
         assert!(20 * (n * n) as usize >= LEAST_TRIANGLES);
-        // From the camera and, where that meets the floor, to the point light and to the lamp.
+        // From the camera and, where it hits the floor, to the point light and to the lamp.
         let rays = rays(vec![ball(at, n, 1.0)]);
-        assert!((1.5..=3.0).contains(&rays), "{rays} rays a sample, {} triangles", 20 * n * n);
+        assert!((1.5..=3.0).contains(&rays), "{rays} rays per sample, {} triangles", 20 * n * n);
     }
-    // Two lamps, two rays.
+    // Two lights, two rays.
     let two = rays(vec![ball(at, 16, 1.0), ball(at + DVec3::X * 3.0, 16, 1.0)]);
     assert!((1.5..=4.0).contains(&two), "{two}");
-    // Negative control: the same triangles in parts, each of which has too few to be one lamp.
+    // Negative control: the same triangles in parts, each of which has too few to be one light.
     let whole = icosphere(at, 0.7, 16, false);
     let parts = whole
         .triangles

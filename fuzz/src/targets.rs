@@ -14,7 +14,7 @@ use stride::output::read_picture;
 use stride::scene::LoadOptions;
 use stride::scene::formats::mitsuba::{self, serialized};
 use stride::scene::mesh::{self, Mesh, Split};
-use stride::world::{Simple, Treed, Triangles, World, compile};
+use stride::world::{Simple, TreeScope, Triangles, World, compile};
 
 /// A reader.
 pub struct Target {
@@ -277,7 +277,7 @@ fn trust(mesh: &Mesh) {
 
 /// Builds the tree of some surfaces, and sends a few rays at them.
 fn look_at(surfaces: &Simple, Bounds { low, high }: Bounds) {
-    let world = World::with_tree_of(surfaces, Treed::Everything);
+    let world = World::with_tree_scope(surfaces, TreeScope::Everything);
     let middle = [0, 1, 2].map(|axis| low[axis] / 2.0 + high[axis] / 2.0);
     for axis in 0..3 {
         let mut o = middle;

@@ -4,7 +4,7 @@ use crate::film::Layer;
 use crate::math::lanes::Level;
 use crate::scene::{FilmMode, Filter, Integrator, Sampler, Scene, Sources, Tone};
 use crate::session::{DeviceChoice, ViewerSettings};
-use crate::world::Finder;
+use crate::world::AcceleratorChoice;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -34,7 +34,7 @@ pub struct Render {
     pub(super) noise: Option<f64>,
     pub(super) threads: Option<usize>,
     pub(super) level: Option<Level>,
-    pub(super) world: Finder,
+    pub(super) world: AcceleratorChoice,
     pub(super) device: DeviceChoice,
     pub(super) files: Vec<PathBuf>,
     pub(super) overlay: bool,
@@ -63,7 +63,7 @@ impl Render {
             noise: None,
             threads: None,
             level: None,
-            world: Finder::Fastest,
+            world: AcceleratorChoice::Fastest,
             device: DeviceChoice::Cpu,
             files: Vec::new(),
             overlay: false,
@@ -195,7 +195,7 @@ impl Render {
     }
 
     /// The acceleration structure on the CPU.
-    pub fn world(self, world: Finder) -> Render {
+    pub fn world(self, world: AcceleratorChoice) -> Render {
         Render { world, ..self }
     }
 

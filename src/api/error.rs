@@ -62,7 +62,7 @@ pub enum SettingsError {
         "a film of {width}×{height} pixels exceeds the maximum of 2³¹ pixels; it would need {gigabytes:.0} GB of memory"
     )]
     TooManyPixels {
-        /// Pixels in a row.
+        /// The width of the image in pixels.
         width: u32,
         /// Rows.
         height: u32,

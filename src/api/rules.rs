@@ -52,7 +52,7 @@ impl Render {
         let settings = RenderSettings {
             job: RenderJob { first, spreads, layers, ..RenderJob::new(Arc::new(scene.clone()), picture) },
             stopping: Stopping { spp, time: self.time, noise: self.noise, adaptive: scene.render.adaptive },
-            devices: Devices { choice: self.device.clone(), threads, level, finder: self.world },
+            devices: Devices { choice: self.device.clone(), threads, level, accelerator: self.world },
             outputs: Outputs {
                 pictures: self.files.clone(),
                 overlay: self.overlay,

@@ -8,7 +8,7 @@ use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, MaterialKind, Scene, Texture};
 use crate::texture::Tile;
-use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile, extent};
+use crate::world::{AcceleratorChoice, CompiledScene, Simple, Triangles, World, compile, extent};
 use glam::{DAffine3, DVec3};
 use std::fmt::Write;
 use std::path::Path;
@@ -31,7 +31,7 @@ impl Facts {
 
     /// The acceleration structure, and the memory that it needs.
     fn structure(&mut self, surfaces: &Simple) {
-        match World::new(surfaces, Finder::Fastest).tree {
+        match World::new(surfaces, AcceleratorChoice::Fastest).tree {
             Some(tree) => self.line("tree", format!("{} levels, {}", tree.depth(), bytes(tree.bytes()))),
             None => {
                 self.line("tree", "none: there are few surfaces, and rays are tested against all of them")

@@ -108,7 +108,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     }
     let weights = Weights::new(filter);
     let (region, shown) = dumped.shown.with_margin(weights.reach(), dumped.height);
-    if !dumped.rendered.holds(region) {
+    if !dumped.rendered.contains(region) {
         return Err(anyhow::anyhow!(
             "{:?} belongs to a crop, and its samples around the crop suffice only for a narrower filter than {filter}; render the crop with a filter of this width",
             arguments.samples

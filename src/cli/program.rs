@@ -5,7 +5,7 @@ use super::reading::ReadingArguments;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::sampling::Region;
-use crate::world::{Finder, World, compile};
+use crate::world::{AcceleratorChoice, World, compile};
 use std::path::Path;
 
 /// The WGSL for a scene with its own integrator, filter and sampler.
@@ -13,7 +13,7 @@ pub(super) fn of_scene(path: &Path, reading: &ReadingArguments) -> Result<String
     let scene = reading.load(path, false)?.scene;
     let (width, height) = (scene.film.width, scene.film.height);
     let (compiled, surfaces) = compile(&scene, width, height)?;
-    let world = World::new(&surfaces, Finder::Fastest);
+    let world = World::new(&surfaces, AcceleratorChoice::Fastest);
     let splatter = Weights::of(&scene.film).map(|weights| Splatter::new(weights, [0, 0]));
     let job = gpu::Job {
         scene: &compiled,

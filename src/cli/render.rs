@@ -11,7 +11,7 @@ use crate::math::lanes::Level;
 use crate::output::atomic;
 use crate::scene::{EXPOSURES, Loaded, Scene, Sources, Tone};
 use crate::session::{self, DeviceChoice, MOST_THREADS, Report, ViewerSettings, WindowChoice};
-use crate::world::Finder;
+use crate::world::AcceleratorChoice;
 use clap::ValueEnum;
 use std::io::Write;
 use std::ops::Range;
@@ -276,9 +276,9 @@ pub(super) fn asked(
         .threads(arguments.threads.map(usize::from))
         .level(level)
         .world(match arguments.world {
-            None => Finder::Fastest,
-            Some(WorldName::Simple) => Finder::Simple,
-            Some(WorldName::Bvh) => Finder::Bvh,
+            None => AcceleratorChoice::Fastest,
+            Some(WorldName::Simple) => AcceleratorChoice::Simple,
+            Some(WorldName::Bvh) => AcceleratorChoice::Bvh,
         })
         .device(arguments.device.clone())
         .overlay(arguments.overlay.is_some())

@@ -7,7 +7,7 @@ use crate::film::{film_offset, reject};
 use crate::integrator::{self, Event};
 use crate::sampling::Pixel;
 use crate::scene::Scene;
-use crate::world::{self, Finder, World};
+use crate::world::{self, AcceleratorChoice, World};
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
         return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));
     }
     let (compiled, surfaces) = world::compile(&scene, width, height)?;
-    let (world, offset) = (World::new(&surfaces, Finder::Fastest), film_offset(&scene.film));
+    let (world, offset) = (World::new(&surfaces, AcceleratorChoice::Fastest), film_offset(&scene.film));
     let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world));
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(

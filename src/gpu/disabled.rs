@@ -1,51 +1,51 @@
-//! The room without a GPU: the same signatures, and nothing behind them.
+//! The GPU worker in builds without GPU support: the same signatures, which cannot be used.
 
 use super::{AdapterInfo, GpuError, Job};
 use crate::render::{Assignment, FirstHitTracer, SampleBatch};
 use crossbeam_channel::{Receiver, Sender};
 
-/// A GPU, of which there is none in this build.
+/// A GPU. It cannot exist in this build.
 #[derive(Clone, Debug)]
 pub enum Device {}
 
 impl Device {
-    /// Says that this build has no GPU support.
+    /// Returns the error that this build has no GPU support.
     pub fn open(_name: Option<&str>) -> Result<Device, GpuError> {
         Err(GpuError::NotBuilt)
     }
 
-    /// What the device is.
+    /// The description of the device.
     pub fn description(&self) -> &AdapterInfo {
         match *self {}
     }
 }
 
-/// The adapters of this machine: none that this build could use.
+/// The adapters of this machine that this build can use: none.
 pub fn adapters() -> Vec<AdapterInfo> {
     Vec::new()
 }
 
-/// A program for a GPU, of which there is none in this build.
+/// The program for a GPU; an error in this build.
 pub fn wgsl(_job: &Job<'_>) -> Result<String, GpuError> {
     Err(GpuError::NotBuilt)
 }
 
-/// A worker on a GPU, of which there is none in this build.
+/// A worker on a GPU. It cannot exist in this build.
 #[derive(Debug)]
 pub enum GpuWorker {}
 
 impl GpuWorker {
-    /// A worker needs a device, of which there is none.
+    /// Cannot be called: there is no device.
     pub fn new(device: &Device, _job: &Job<'_>) -> Result<GpuWorker, GpuError> {
         match *device {}
     }
 
-    /// A worker that cannot be there looks at nothing.
+    /// Cannot be called: there is no worker.
     pub fn trace_first_hits_with(&mut self, _tracer: Option<FirstHitTracer>) {
         match *self {}
     }
 
-    /// A worker that cannot be there cannot run.
+    /// Cannot be called: there is no worker.
     pub fn run(
         &mut self,
         _orders: &Receiver<Assignment>,
@@ -54,7 +54,7 @@ impl GpuWorker {
         match *self {}
     }
 
-    /// A worker that cannot be there cannot run, and so need not stop.
+    /// Cannot be called: there is no worker.
     pub fn run_until(
         &mut self,
         _orders: &Receiver<Assignment>,
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gpu_is_refused_with_a_remedy() {
+    fn opening_a_gpu_fails_with_a_remedy() {
         let error = Device::open(None).unwrap_err();
         assert_eq!(error, GpuError::NotBuilt);
         assert!(error.to_string().contains("--features gpu"));

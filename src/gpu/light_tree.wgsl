@@ -15,7 +15,7 @@ fn sine_of(cos: f32) -> f32 {
     return sqrt(float_max(1.0 - cos * cos, 0.0));
 }
 
-// What a node's lights contribute to a point `p` on a surface with normal `n`, up to a common factor.
+// The importance of a node's lights for a point `p` on a surface with normal `n`, up to a common factor.
 fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
     let from_centre = p - node.centre;
     let distance2 = dot(from_centre, from_centre);
@@ -42,9 +42,9 @@ fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
 // A step down the tree.
 struct LightStep {
     node: LightNode,
-    // Its share of the importance of all children.
+    // Its fraction of the importance of all children.
     share: f32,
-    // What is left of the number that it was drawn with, uniform again.
+    // The rest of the random number, uniform again.
     u: f32,
 }
 
@@ -83,7 +83,7 @@ fn light_step(link: u32, p: vec3f, n: vec3f, u: f32, place: u32, draws: bool) ->
     return LightStep(light_node_at(first + child), width / end, float_min(rest, BELOW_ONE));
 }
 
-// Whether a node's lights are so far from `p` that their power alone says which of them is asked.
+// Whether a node's lights are so far from `p` that they are chosen by power alone.
 fn lights_are_far(node: LightNode, p: vec3f) -> bool {
     let from_centre = p - node.centre;
     let distance2 = dot(from_centre, from_centre);
@@ -103,18 +103,18 @@ fn lights_are_far(node: LightNode, p: vec3f) -> bool {
 }
 
 // Chooses a light for a point `p` on a surface with normal `n`.
-fn choose_light(p: vec3f, n: vec3f, choice: f32, asks: bool) -> LightChoice {
+fn choose_light(p: vec3f, n: vec3f, choice: f32, is_active: bool) -> LightChoice {
     return choose_light_below(0u, p, n, choice);
 }
 
 // Chooses one of the lights below a node.
 fn choose_light_below(root: u32, p: vec3f, n: vec3f, choice: f32) -> LightChoice {
     var node = light_node_at(root);
-    var chance = 1.0;
+    var pmf = 1.0;
     var u = choice;
     while node.link < LEAF && !lights_are_far(node, p) {
         let step = light_step(node.link, p, n, u, 0u, true);
-        chance *= step.share;
+        pmf *= step.share;
         u = step.u;
         node = step.node;
     }
@@ -130,7 +130,7 @@ fn choose_light_below(root: u32, p: vec3f, n: vec3f, choice: f32) -> LightChoice
             node = light_node_at(child);
         }
     }
-    return LightChoice(node.link & ~LEAF, chance * share_of_power(node.units, units));
+    return LightChoice(node.link & ~LEAF, pmf * share_of_power(node.units, units));
 }
 
 // The share that some units have in so many; all of it where there are none.
@@ -139,14 +139,14 @@ fn share_of_power(own: u32, units: u32) -> f32 {
 }
 
 // The probability with which `choose_light` chooses a light.
-fn light_chance(p: vec3f, n: vec3f, light: u32, asks: bool) -> f32 {
+fn light_pmf(p: vec3f, n: vec3f, light: u32, is_active: bool) -> f32 {
     let row = light_at(light);
     var node = light_node_at(0u);
-    var chance = 1.0;
+    var pmf = 1.0;
     while node.link < LEAF && !lights_are_far(node, p) {
         let step = light_step(node.link, p, n, 0.0, row.place, false);
-        chance *= step.share;
+        pmf *= step.share;
         node = step.node;
     }
-    return chance * share_of_power(row.units, node.units);
+    return pmf * share_of_power(row.units, node.units);
 }

@@ -7,7 +7,7 @@ fn stride_place(slot: u32) -> u32 {
     return dispatch.stride_first + slot / run * dispatch.stride_step + slot % run;
 }
 
-// Whether the driver still lets loops turn. Mesa's llvmpipe ends every loop once all loops of an invocation have turned
+// Whether the driver still runs loops. Mesa's llvmpipe ends every loop once all loops of an invocation have turned
 // 65,535 times together, whatever they were to do: this one too.
 fn loops_still_turn() -> bool {
     var turns = 0u;
@@ -35,7 +35,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
         var slot_sums = SlotSums();
         var i = 0u;
         var progress = start(PathId(pixel, dispatch.first_sample), centre, 0u);
-        // One step a turn: neighbours whose paths end early are not kept waiting by one that is long.
+        // One step per iteration, so that short paths need not wait for long ones in neighbouring invocations.
         loop {
             if advance(&progress, lane) {
                 continue;
@@ -43,7 +43,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
             let state = progress.state;
             if dispatch.sends_samples != 0u {
                 add_sample(&slot_sums, state.id.sample, state.l);
-                // Neighbours write side by side.
+                // Neighbours write to adjacent addresses.
                 samples[i * dispatch.slots + slot] =
                     sample_words(state.id, film_position(state.id, centre), state.l);
             } else if TAPS > 0u {

@@ -1,10 +1,10 @@
-//! The GPU as one more worker: the same strides, the same orders, the same batches.
+//! The GPU as a worker: the same strides, orders and batches as on the CPU.
 //!
-//! Its program is recorded from the code that lanes run, but for a part that is written by hand in the WGSL beside this
-//! file. A stride is split once more, over the invocations of a dispatch (report §3.2, figure 3.1), and each invocation
-//! adds its pixels' samples up exactly, so that the same device gives the same bits whatever the dispatches were.
+//! Its program is recorded from the code that lanes run, except for a hand-written part in WGSL. A stride is divided
+//! again, over the invocations of a dispatch (report §3.2, figure 3.1), and each invocation sums its pixels' samples
+//! exactly. One device therefore produces the same bits for any dispatches.
 //!
-//! The feature `gpu` decides which half of this room is compiled. Without it [`Device::open`] says so.
+//! The feature `gpu` selects the implementation. Without it, [`Device::open`] returns an error.
 
 #[cfg(feature = "gpu")]
 mod enabled;
@@ -23,39 +23,39 @@ use crate::scene::RenderSettings;
 use crate::world::{CompiledScene, World};
 use std::fmt;
 
-/// What a GPU worker is to do, and who it is: the counterpart of a CPU worker's fields and integrator.
+/// The job of a GPU worker: the counterpart of a CPU worker's fields and integrator.
 #[derive(Clone, Copy, Debug)]
 pub struct Job<'a> {
-    /// The tables.
+    /// The tables of the scene.
     pub scene: &'a CompiledScene,
-    /// What rays meet.
+    /// The surfaces that rays can hit.
     pub world: &'a World,
-    /// The integrator, its depth, and chance.
+    /// The integrator, its depth limit, and the sampler.
     pub render: &'a RenderSettings,
-    /// How samples are spread around a pixel's centre.
+    /// The distribution of samples around a pixel's centre.
     pub offset: FilmOffset,
     /// The part of the film that is rendered.
     pub region: Region,
     /// The worker's number.
     pub index: usize,
-    /// Whether a sink wants every sample: then they travel one by one, and nothing is summed up.
+    /// Whether a sink needs every sample. Samples are then returned individually and not summed.
     pub sends_samples: bool,
-    /// What puts samples on the film where they count in all pixels around them.
+    /// The filter by which samples are added to the film, if they count in all pixels around them.
     pub splatter: Option<&'a Splatter>,
 }
 
-/// What kind of device an adapter is; the better ones for rendering come first.
+/// The kind of an adapter, in order of preference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AdapterKind {
-    /// A graphics card with memory of its own.
+    /// A graphics card with its own memory.
     Discrete,
-    /// A graphics unit that shares the processor's memory.
+    /// A graphics processor that shares the CPU's memory.
     Integrated,
-    /// A graphics card lent to a virtual machine.
+    /// A graphics card in a virtual machine.
     Virtual,
-    /// The driver doesn't say.
+    /// Not reported by the driver.
     Other,
-    /// The processor, pretending.
+    /// A software implementation on the CPU.
     Software,
 }
 
@@ -71,20 +71,20 @@ impl fmt::Display for AdapterKind {
     }
 }
 
-/// An adapter and what it can do.
+/// An adapter and its limits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterInfo {
-    /// The name that ``device` gpu:NAME` looks into.
+    /// The name that ``device` gpu:NAME` is matched with.
     pub name: String,
-    /// What kind of device it is.
+    /// The kind of device.
     pub kind: AdapterKind,
-    /// The system's interface to it: Vulkan, Metal or DirectX 12.
+    /// The graphics API: Vulkan, Metal or DirectX 12.
     pub backend: String,
     /// The driver and its version.
     pub driver: String,
-    /// The largest part of a buffer that a shader can see, in bytes.
+    /// The maximum size of a buffer binding, in bytes.
     pub max_binding: u64,
-    /// The most invocations in a workgroup.
+    /// The maximum number of invocations in a workgroup.
     pub max_workgroup_size: u32,
 }
 
@@ -94,43 +94,43 @@ impl fmt::Display for AdapterInfo {
     }
 }
 
-/// Why a GPU cannot render, or could not go on.
+/// The reason why a GPU cannot render, or failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// The program was built without the feature.
+    /// The program was built without GPU support.
     #[error(
         "this stride was built without GPU support: build it with --features gpu, or render with `device` cpu"
     )]
     NotBuilt,
-    /// The system has no adapter that could be used.
+    /// The system has no usable adapter.
     #[error(
         "no GPU was found: install a Vulkan driver and its loader (on Debian and Ubuntu the packages mesa-vulkan-drivers and libvulkan1, or your vendor's driver), or render with `device` cpu"
     )]
     NoAdapter,
-    /// No adapter has the name that was asked for.
+    /// No adapter has the requested name.
     #[error("no GPU is called “{wanted}”; there is {}", list(.available))]
     NoSuchAdapter {
-        /// What was asked for.
+        /// The requested name.
         wanted: String,
-        /// What there is.
+        /// The available adapters.
         available: Vec<String>,
     },
-    /// The adapter did not give a device, or lacks something without which nothing works.
+    /// The adapter provides no device, or lacks a required feature.
     #[error("{adapter} cannot be used: {message}; try another with `device` gpu:NAME, or `device` cpu")]
     Unusable {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What is wrong.
+        /// The reason.
         message: String,
     },
-    /// The GPU does not render this.
-    #[error("the GPU does not take {0}; render with `device` cpu")]
+    /// The GPU does not support this.
+    #[error("the GPU does not support {0}; render with `device` cpu")]
     Unsupported(String),
     /// The scene does not fit.
     #[error("{what} take {needed} bytes, but {adapter} binds {limit} at most; render with `device` cpu")]
     TooLarge {
-        /// What is too large.
+        /// The data that is too large.
         what: &'static str,
         /// Its size in bytes.
         needed: u64,
@@ -139,20 +139,20 @@ pub enum GpuError {
         /// The adapter's limit in bytes.
         limit: u64,
     },
-    /// The driver ends loops before their end, and does so even if an invocation has one path to follow.
+    /// The driver ends loops early, even with one path per invocation.
     #[error(
-        "{adapter} ends the loops of a shader before one sample is done: one asks too many lights or surfaces for its driver; try another with `device` gpu:NAME, or render with `device` cpu"
+        "{adapter} ends the loops of a shader before one sample is done: one sample tests too many lights or surfaces for its driver; try another with `device` gpu:NAME, or render with `device` cpu"
     )]
     CutShort {
         /// The adapter's name.
         adapter: String,
     },
-    /// The device failed while it worked. What it had sent before is good.
+    /// The device failed while it worked. Results sent before remain valid.
     #[error("{adapter} failed: {message}")]
     Failed {
         /// The adapter's name.
         adapter: String,
-        /// What the driver says.
+        /// The driver's message.
         message: String,
     },
 }

@@ -1,6 +1,6 @@
 // A step of `path` and `path-naive`, around the recorded `step_path`.
 
-// How far a path has come.
+// The state of a path.
 struct Progress {
     state: State,
     around: Around,
@@ -13,7 +13,7 @@ fn start(id: PathId, centre: vec2f, rays: u32) -> Progress {
     return Progress(start_path(id, centre), start_around(), rays);
 }
 
-// Takes a path to its next surface and, from there, into its next direction. Returns whether it goes on.
+// Traces a path to its next surface and scatters it. Returns whether it continues.
 fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     let result = step_path((*progress).state, (*progress).around);
     let stepped = result.first;

@@ -57,7 +57,7 @@ fn texel(row: PictureRow, own_place: u32) -> vec3f {
 }
 
 // The weighted sum of four texels of a picture.
-fn texels(picture: u32, places: vec4u, weights: vec4f, asks: bool) -> vec3f {
+fn texels(picture: u32, places: vec4u, weights: vec4f, is_active: bool) -> vec3f {
     let row = picture_at(picture);
     var sum = vec3f();
     for (var i = 0u; i < 4u; i++) {

@@ -6,7 +6,7 @@
 // A group or a shared mesh has a tree of its own, in its own space. A ray that comes to an instance goes on in there, and where
 // that tree begins goes back to the node that it came from.
 
-// The ray as boxes ask for it.
+// The ray in the form that box tests use.
 struct Probe {
     // 1/d; of what is nearly zero a large number, so that no product is infinite.
     inverse: vec3f,
@@ -34,7 +34,7 @@ fn four_bytes(word: u32) -> vec4f {
     return vec4f((vec4u(word) >> vec4u(0u, 8u, 16u, 24u)) & vec4u(255u));
 }
 
-// Which of four boxes a ray enters before `limit`.
+// The boxes, among four, that a ray enters before `limit`.
 fn enters_four(
     low: vec3u,
     high: vec3u,
@@ -74,7 +74,7 @@ fn enters(node: TreeNode, probe: Probe, ray: Ray, limit: f32) -> u32 {
     return bits.x | bits.y | bits.z | bits.w;
 }
 
-// What is in a leaf: bits 0 to 3 how many, 4 to 11 from which on, 12 to 15 of which kind.
+// The contents of a leaf: bits 0 to 3 how many, 4 to 11 from which on, 12 to 15 of which kind.
 fn leaf_at(node: TreeNode, place: u32) -> u32 {
     let pair = select(node.leaves.xy, node.leaves.zw, (place & 4u) != 0u);
     let two = select(pair.x, pair.y, (place & 2u) != 0u);
@@ -87,7 +87,7 @@ fn leaf_intersect(
     node: TreeNode,
     leaf: u32,
     ray: Ray,
-    sheared: Sheared,
+    sheared: ShearedRay,
     instance: u32,
     so_far: Met,
 ) -> Met {
@@ -107,8 +107,8 @@ fn leaf_intersect(
         } else {
             let surface = surface_at(i);
             number = surface.row;
-            if TREE_GROUPS && kind == RARE {
-                t = surface_intersect(RARE, surface, ray);
+            if TREE_GROUPS && kind == CUSTOM {
+                t = surface_intersect(CUSTOM, surface, ray);
             } else if TREE_GROUPS && kind == SPHERES && instance != NO_INSTANCE {
                 t = sphere_intersect_any_length(surface, ray);
             } else if kind == SPHERES {
@@ -129,7 +129,7 @@ fn leaf_intersect(
 fn tree_intersect(world_ray: Ray, so_far: Met, any: bool) -> Met {
     var ray = world_ray;
     var probe = probe_of(ray, scene.tree_share);
-    var sheared = Sheared();
+    var sheared = ShearedRay();
     if TREE_TRIANGLES {
         sheared = sheared_ray(ray);
     }

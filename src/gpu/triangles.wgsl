@@ -1,9 +1,9 @@
-// Twin of `shape::triangle`: no ray slips through between neighbours.
+// Twin of `shape::triangle`: no ray leaks between neighbours.
 //
 // That rests on roundings: both triangles at an edge must round what they share alike. A compiler may fuse a product
 // with a sum, or change the order of sums, here but not there; `rounded` keeps it from that.
 
-// The same number, as a compiler cannot know.
+// The same number, in a form that no compiler can fold.
 fn rounded(x: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) ^ scene.zero);
 }
@@ -12,8 +12,8 @@ fn rounded3(v: vec3f) -> vec3f {
     return bitcast<vec3f>(bitcast<vec3u>(v) ^ vec3u(scene.zero));
 }
 
-// A ray as triangles ask for it: the axis along which it is longest comes third, and the ray runs along it.
-struct Sheared {
+// A ray in the form that triangle tests use: its longest axis comes third, and the ray is sheared along it.
+struct ShearedRay {
     o: vec3f,
     // dx/dz, dy/dz and 1/dz in that order.
     shear: vec3f,
@@ -28,7 +28,7 @@ fn reorder(x_last: bool, y_last: bool, v: vec3f) -> vec3f {
     return select(select(v, v.zxy, y_last), v.yzx, x_last);
 }
 
-fn sheared_ray(ray: Ray) -> Sheared {
+fn sheared_ray(ray: Ray) -> ShearedRay {
     let a = abs(ray.d);
     let x_longest = a.x > a.y;
     let beyond_z = select(a.y, a.x, x_longest) > a.z;
@@ -37,11 +37,11 @@ fn sheared_ray(ray: Ray) -> Sheared {
     let d = reorder(x_last, y_last, ray.d);
     let shear = vec3f(d.xy, 1.0) / d.z;
     let inverse = select(1.0 / d.xy, vec2f(0.0), abs(d.xy) < vec2f(LEAST_COMPONENT));
-    return Sheared(reorder(x_last, y_last, ray.o), shear, inverse, x_last, y_last);
+    return ShearedRay(reorder(x_last, y_last, ray.o), shear, inverse, x_last, y_last);
 }
 
 // Where a ray meets a triangle: the distance, or NOTHING, and the weights of the second and the third corner.
-struct Meeting {
+struct TriangleHit {
     t: f32,
     weights: vec2f,
 }
@@ -51,7 +51,7 @@ fn one_sign(v: vec3f) -> bool {
     return all(v >= vec3f(0.0)) || all(v <= vec3f(0.0));
 }
 
-// What a product lost when it was rounded.
+// The rounding error of a product.
 fn lost(x: f32, y: f32) -> f32 {
     let big = vec2f(rounded(x * 4097.0), rounded(y * 4097.0));
     let high = vec2f(
@@ -63,7 +63,7 @@ fn lost(x: f32, y: f32) -> f32 {
     return rounded(rounded(first + rounded(high.x * low.y)) + rounded(low.x * high.y)) + rounded(low.x * low.y);
 }
 
-// What is left of a·b − c·d where both products round to the same number.
+// The value of a·b − c·d where both products round to the same number.
 fn exact_difference(ab: vec2f, cd: vec2f) -> f32 {
     return lost(ab.x, ab.y) - lost(cd.x, cd.y);
 }
@@ -75,12 +75,12 @@ fn is_needle(ab: vec3f, ac: vec3f, share: f32) -> bool {
 }
 
 // A corner from the ray's origin, in the ray's order.
-fn corner_of(ray: Sheared, corner: vec3f) -> vec3f {
+fn corner_of(ray: ShearedRay, corner: vec3f) -> vec3f {
     return rounded3(reorder(ray.x_last, ray.y_last, corner) - ray.o);
 }
 
 // Its two sheared coordinates.
-fn flat_corner(ray: Sheared, w: vec3f) -> vec2f {
+fn flat_corner(ray: ShearedRay, w: vec3f) -> vec2f {
     return vec2f(rounded(w.x - rounded(ray.shear.x * w.z)), rounded(w.y - rounded(ray.shear.y * w.z)));
 }
 
@@ -96,7 +96,7 @@ fn span(corners: vec3f, inverse: f32) -> vec2f {
     return select(ends, vec2f(-NOTHING, NOTHING), inverse == 0.0);
 }
 
-fn triangle_meet(ray: Sheared, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f) -> Meeting {
+fn triangle_meet(ray: ShearedRay, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f) -> TriangleHit {
     let from_a = corner_of(ray, corner_a);
     let from_b = corner_of(ray, corner_b);
     let from_c = corner_of(ray, corner_c);
@@ -105,7 +105,7 @@ fn triangle_meet(ray: Sheared, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f
     let c = flat_corner(ray, from_c);
     var sides = vec3f(side(c, b), side(a, c), side(b, a));
     if !one_sign(sides) {
-        return Meeting(NOTHING, vec2f(0.0));
+        return TriangleHit(NOTHING, vec2f(0.0));
     }
     // Where rounding makes a difference zero, a ray far beside a small triangle seems to be on its side; and of a needle
     // little but rounding is left of it. The host, which says how large its error is, may round its form otherwise: here
@@ -119,7 +119,7 @@ fn triangle_meet(ray: Sheared, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f
         );
         sides = select(sides, rounded3(sides + exact), vec3<bool>(needle) | (sides == vec3f(0.0)));
         if !one_sign(sides) {
-            return Meeting(NOTHING, vec2f(0.0));
+            return TriangleHit(NOTHING, vec2f(0.0));
         }
     }
     let weights = sides * (1.0 / (sides.x + sides.y + sides.z));
@@ -132,5 +132,5 @@ fn triangle_meet(ray: Sheared, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f
     let clamped = max(max(x.x, y.x), max(z.x, min(min(x.y, y.y), min(z.y, mean))));
     // Seen from its edge a triangle has no area, and `mean` is NaN or infinite.
     let is_finite = (bitcast<u32>(mean) & 0x7f800000u) != 0x7f800000u;
-    return Meeting(select(NOTHING, clamped, is_finite && is_positive_and_finite(clamped)), weights.yz);
+    return TriangleHit(select(NOTHING, clamped, is_finite && is_positive_and_finite(clamped)), weights.yz);
 }

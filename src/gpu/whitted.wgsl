@@ -1,6 +1,6 @@
 // Twin of `integrator::whitted`: ray tracing as in the report's chapter 2. A step follows one branch.
 
-// How far a path has come.
+// The state of a sample.
 struct Progress {
     // Of the branch that is followed.
     state: State,
@@ -36,13 +36,13 @@ fn next_random(stream: ptr<function, Stream>, path: PathId) -> f32 {
     return number;
 }
 
-// Lets a branch wait. Branches at one height lie side by side for all invocations.
+// Pushes a branch. Branches at one height lie side by side for all invocations.
 fn push_branch(progress: ptr<function, Progress>, lane: Lane, branch: WaitingBranch) {
     branches[(*progress).waiting * lane.count + lane.index] = branch;
     (*progress).waiting++;
 }
 
-// Takes up the branch that waits last; whether there is one.
+// Pops the last branch. Returns whether there is one.
 fn pop_branch(progress: ptr<function, Progress>, lane: Lane) -> bool {
     if (*progress).waiting == 0u {
         return false;
@@ -64,8 +64,8 @@ fn follow(progress: ptr<function, Progress>, ray: Ray, around: Around, beta: vec
 }
 
 // Whether a branch is worth following: below a rounding error of white it is cut.
-fn is_worth(beta: vec3f, chance: f32) -> bool {
-    return chance > 0.0 && max_channel(beta) > EPSILON;
+fn is_worth(beta: vec3f, probability: f32) -> bool {
+    return probability > 0.0 && max_channel(beta) > EPSILON;
 }
 
 // Follows a branch to its next surface. Returns whether there is another to follow.
@@ -130,24 +130,24 @@ fn light_from_all(progress: ptr<function, Progress>, lit: Lit) -> vec3f {
     var next = 0u;
     while next < scene.lights {
         var light = next;
-        var chance = 1.0;
+        var pmf = 1.0;
         let lamp = light_at(light).lamp;
         next++;
         if lamp != 0u {
             next += light_node_at(lamp).lights - 1u;
             let chosen = choose_light_below(lamp, lit.at.point.p, lit.at.point.n, next_random(&stream, id));
             light = chosen.light;
-            chance = chosen.chance;
+            pmf = chosen.pmf;
         }
         let u = next_random(&stream, id);
         let v = next_random(&stream, id);
-        let asked = light_share(lit, light, chance, vec2f(u, v));
-        if asked.possible {
+        let lamp_sample = light_share(lit, light, pmf, vec2f(u, v));
+        if lamp_sample.possible {
             (*progress).rays++;
-            if !occluded(asked.shadow, asked.end, true, false) {
-                l += asked.share;
+            if !occluded(lamp_sample.shadow, lamp_sample.end, true, false) {
+                l += lamp_sample.share;
             } else {
-                l += light_through(asked, (*progress).state, (*progress).around);
+                l += light_through(lamp_sample, (*progress).state, (*progress).around);
             }
         }
     }
@@ -155,16 +155,16 @@ fn light_from_all(progress: ptr<function, Progress>, lit: Lit) -> vec3f {
     return l;
 }
 
-// Follows the refracted branch and lets the reflected one wait. Where too many wait already, one of the two is
-// drawn by its chance and weighted for it: the mean is the same.
+// Follows the refracted branch and pushes the reflected one. If the stack is full, one of the two is chosen at
+// random and weighted by the inverse probability, without bias.
 fn split(progress: ptr<function, Progress>, lane: Lane, lit: Lit) -> bool {
     let ways = bsdf_branches(lit.local, lit.wo);
     var reflected = (*progress).state.beta * ways.first.weight;
     var refracted = (*progress).state.beta * ways.second.weight;
     let back = spawn(lit, ways.first.wi);
     let through = spawn(lit, ways.second.wi);
-    let reflects = is_worth(reflected, ways.first.chance) && back.passes;
-    var refracts = is_worth(refracted, ways.second.chance) && through.passes;
+    let reflects = is_worth(reflected, ways.first.probability) && back.passes;
+    var refracts = is_worth(refracted, ways.second.probability) && through.passes;
     let depth = (*progress).state.depth + 1u;
     if reflects && refracts {
         if (*progress).waiting < MOST_BRANCHES {
@@ -174,9 +174,9 @@ fn split(progress: ptr<function, Progress>, lane: Lane, lit: Lit) -> bool {
             var stream = (*progress).stream;
             let choice = next_random(&stream, (*progress).state.id);
             (*progress).stream = stream;
-            refracts = choice >= ways.first.chance;
-            reflected *= 1.0 / ways.first.chance;
-            refracted *= 1.0 / ways.second.chance;
+            refracts = choice >= ways.first.probability;
+            reflected *= 1.0 / ways.first.probability;
+            refracted *= 1.0 / ways.second.probability;
         }
     }
     if !reflects && !refracts {

@@ -1,6 +1,6 @@
 // Twin of `world::simple`: first hits. And the tables that what is recorded looks them up in.
 
-// The first thing on a ray so far.
+// The first hit of a ray so far.
 struct Met {
     t: f32,
     // What was met, as the host numbers it: of equal distances the lower one counts.
@@ -15,7 +15,7 @@ fn met_nothing() -> Met {
     return Met(NOTHING, 0xffffffffu, 0u, NO_INSTANCE);
 }
 
-// The nearer of two hits of no instance.
+// The nearer of two hits outside of instances.
 fn nearer(a: Met, b: Met) -> Met {
     if b.t < a.t || (b.t == a.t && b.number < a.number) {
         return b;
@@ -45,8 +45,8 @@ fn first_met(ray: Ray) -> Met {
     let sphere = first_of(SPHERES, scene.planes_end, scene.spheres_end, ray);
     let quad = first_of(QUADS, scene.spheres_end, scene.quads_end, ray);
     var hit = nearer(nearer(plane, sphere), quad);
-    if HAS_RARE {
-        hit = nearer(hit, first_of(RARE, scene.quads_end, scene.rare_end, ray));
+    if HAS_CUSTOM {
+        hit = nearer(hit, first_of(CUSTOM, scene.quads_end, scene.custom_end, ray));
     }
     if TREE_LEVELS > 0u {
         return tree_intersect(ray, hit, false);
@@ -66,7 +66,7 @@ fn ray_from(ray: Ray, x: vec3f, y: vec3f, z: vec3f, origin: vec3f) -> Ray {
 }
 
 // The first hit of a ray.
-fn intersect(ray: Ray, asks: bool) -> Hit {
+fn intersect(ray: Ray, is_active: bool) -> Hit {
     let met = first_met(ray);
     var weights = vec2f(0.0);
     if TREE_TRIANGLES && met.index >= FIRST_TRIANGLE {
@@ -91,14 +91,14 @@ fn meets_any(kind: u32, first: u32, end: u32, ray: Ray, t_max: f32) -> bool {
     return false;
 }
 
-fn occluded(ray: Ray, t_max: f32, asks: bool, past_triangles: bool) -> bool {
+fn occluded(ray: Ray, t_max: f32, is_active: bool, ignores_meshes: bool) -> bool {
     if !is_finite_ray(ray) {
         return false;
     }
     if meets_any(PLANES, 0u, scene.planes_end, ray, t_max)
         || meets_any(SPHERES, scene.planes_end, scene.spheres_end, ray, t_max)
         || meets_any(QUADS, scene.spheres_end, scene.quads_end, ray, t_max)
-        || (HAS_RARE && meets_any(RARE, scene.quads_end, scene.rare_end, ray, t_max)) {
+        || (HAS_CUSTOM && meets_any(CUSTOM, scene.quads_end, scene.custom_end, ray, t_max)) {
         return true;
     }
     if TREE_LEVELS > 0u {
@@ -118,9 +118,9 @@ fn triangle_light(point: SurfacePoint) -> u32 {
     return triangle_at(point.surface & ~FIRST_TRIANGLE).light;
 }
 
-fn place_of(instance: u32) -> Place {
+fn place_of(instance: u32) -> InstanceTransform {
     let row = place_row_at(instance - 1u);
-    return Place(
+    return InstanceTransform(
         PlaceToWorld(row.to_world_x, row.to_world_y, row.to_world_z),
         PlaceToMesh(row.to_mesh_x, row.to_mesh_y, row.to_mesh_z),
         row.origin,

@@ -1,7 +1,7 @@
-//! Which random numbers each decision of each integrator gets, beside those of the camera ray.
+//! The blocks of random numbers that integrators use, besides those of the camera ray.
 //!
-//! `whitted` has no blocks: it draws from a [`Stream`](crate::sampling::Stream). What any of them meets of mixed materials
-//! and of surfaces with holes is decided by [`VertexBlock::MEETING`](crate::sampling::VertexBlock::MEETING).
+//! `whitted` has no blocks: it draws from a [`Stream`](crate::sampling::Stream). Mixed materials and holes use
+//! [`VertexBlock::MATERIAL`](crate::sampling::VertexBlock::MATERIAL) with every integrator.
 
 /// The blocks of `path` and `path-naive`.
 pub mod path {
@@ -9,8 +9,8 @@ pub mod path {
 
     const BLOCKS: Blocks = Blocks::new(0, 2);
 
-    /// A BxDF's direction (first pair), its lobe (third) and the path's survival (fourth).
+    /// Scattering: the direction (first pair), the lobe (third number) and Russian roulette (fourth).
     pub const SCATTER: VertexBlock = BLOCKS.each(0);
-    /// A point on a light (first pair) and which light (third).
+    /// Light sampling: the point on the light (first pair) and the choice of the light (third number).
     pub const LIGHT: VertexBlock = BLOCKS.each(1);
 }

@@ -1,4 +1,4 @@
-//! From a scene's settings to its integrator.
+//! Construction of the integrator of a scene.
 
 use super::Integrator;
 use super::next_event::NextEvent;
@@ -10,7 +10,7 @@ use crate::scene;
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
-/// The integrator that a scene names, over the compiled scene and its world.
+/// The integrator that a scene names, for the compiled scene and its world.
 pub fn build(
     render: &scene::RenderSettings,
     offset: FilmOffset,
@@ -24,15 +24,15 @@ pub fn build(
     }
 }
 
-/// Whether samples of an integrator that a scene may name contribute to pixels other than their own.
+/// Whether an integrator contributes samples to pixels other than their own.
 pub fn contributes(integrator: scene::Integrator) -> bool {
     match integrator {
         scene::Integrator::Path | scene::Integrator::PathNaive | scene::Integrator::Whitted => false,
     }
 }
 
-/// The integrator `path`. It is made here so that its kernels are compiled once, in the library, and not in every
-/// program that makes one.
+/// The integrator `path`. It is constructed here so that its kernels are compiled once, in the library, and not in
+/// every program that uses it.
 pub fn path(
     next_event: NextEvent,
     scene: Arc<CompiledScene>,

@@ -1,40 +1,40 @@
-//! The first hits of camera rays, for the layers of a picture that compositors and denoisers read.
+//! The first hits of camera rays, for the layers of an image that compositors and denoisers read.
 
 use super::interiors::{self, Around};
 use super::paths::Paths;
 use super::queue::{Queue, Start};
-use super::vertex::{State, View, meet};
+use super::vertex::{State, TraceContext, resolve_hit};
 use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES, Value};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
 use crate::world::{Hit, Uv};
 
-/// The point where a camera ray met a surface, or the rest of a sample's ray behind holes; zeros if it met none.
+/// The first hit of a camera ray behind any holes; all fields are zero if there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstHit {
-    /// Which of the [`Paths::pixels`] the ray was for.
+    /// The index of the ray's pixel in [`Paths::pixels`].
     pub slot: u32,
-    /// Whether there is a surface.
+    /// Whether the ray hit a surface.
     pub met: bool,
-    /// The fraction of light that the surface reflects, or transmits if it is transmissive.
+    /// The albedo: the fraction of light that the surface reflects, or transmits if it is transmissive.
     pub albedo: [f32; 3],
-    /// The outward normal in world space; that which light scatters around, in a scene with maps of normals or heights.
+    /// The outward normal in world space; in scenes with normal or height maps, the shading normal.
     pub normal: [f32; 3],
     /// The point in world space.
     pub position: [f32; 3],
-    /// The point's distance from the eye along the direction of view.
+    /// The distance of the point from the eye along the viewing direction.
     pub depth: f32,
-    /// The surface's own coordinates.
+    /// The surface's uv coordinates.
     pub uv: [f32; 2],
     /// The entity's index in the scene.
     pub entity: u32,
-    /// The index of the material that it has there; a checkerboard's own.
+    /// The index of the material at the point; with a checkerboard, that of the square.
     pub material: u32,
 }
 
-/// Follows the camera rays of paths and no further. The film positions are those of the paths.
+/// Traces the camera rays of paths to their first hits. The film positions are those of the paths.
 pub(super) struct FirstHits<'a> {
-    pub view: View<'a>,
+    pub context: TraceContext<'a>,
     pub paths: &'a Paths<'a>,
     pub out: &'a mut Vec<FirstHit>,
 }
@@ -44,8 +44,8 @@ impl Kernel for FirstHits<'_> {
 
     #[inline(always)]
     fn run<F: LaneFloat>(self) {
-        let FirstHits { view, paths, out } = self;
-        let (scene, settings) = (view.scene, view.settings);
+        let FirstHits { context, paths, out } = self;
+        let (scene, settings) = (context.scene, context.settings);
         let (eye, forward) = (Vec3::splat(scene.camera.eye), Vec3::splat(scene.camera.forward));
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
@@ -55,19 +55,19 @@ impl Kernel for FirstHits<'_> {
             if !alive.any() {
                 return;
             }
-            let mut hit = view.world.intersect(&ray, alive);
+            let mut hit = context.world.intersect(&ray, alive);
             let mut met = alive & hit.is_some();
             let mut state = State::start(start.id, ray);
             let mut around = Around::nothing();
             if scene.materials.has_holes() {
-                // Those that the samples of a picture go through are no first hits.
+                // Holes that the samples pass through are no first hits.
                 let mut open = met;
                 while open.any() {
-                    let (at, holes) = meet(&view, &state, &around, &hit, open, Uv::WherePatterned);
+                    let (at, holes) = resolve_hit(&context, &state, &around, &hit, open, Uv::IfTextured);
                     open = open & holes;
                     (around, _) = interiors::straight_on(around, F::Mask::splat(false), open);
                     state.ray = Ray::blend(open, at.straight_on(&state.ray), state.ray);
-                    hit = Hit::blend(open, view.world.intersect(&state.ray, open), hit);
+                    hit = Hit::blend(open, context.world.intersect(&state.ray, open), hit);
                     open = open & hit.is_some();
                 }
                 met = alive & hit.is_some();
@@ -77,18 +77,18 @@ impl Kernel for FirstHits<'_> {
             let mut values = [[0.0; MAX_LANES]; 12];
             let (mut rows, mut materials) = ([0; MAX_LANES], [0; MAX_LANES]);
             if met.any() {
-                let (at, _) = meet(&view, &state, &around, &hit, met, Uv::Everywhere);
+                let (at, _) = resolve_hit(&context, &state, &around, &hit, met, Uv::Everywhere);
                 at.point.row.store(&mut rows);
                 scene.surfaces.material(&at.point).store(&mut materials);
                 let albedo = scene.bsdf(&at).albedo();
-                // Normals that a map tilts are those that one sees.
+                // Mapped normals are the visible ones.
                 let n = if scene.materials.has_maps() { at.point.shading } else { at.point.n };
                 let (p, [u, v]) = (at.point.p, at.uv);
                 let depth = (p - eye).dot(forward);
                 let all = [albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, p.x, p.y, p.z, depth, u, v];
                 values.iter_mut().zip(all).for_each(|(to, value)| value.store(to));
             }
-            // The queue fills lanes in the order of the paths, and all of them end at once.
+            // The queue fills lanes in the order of the paths, and all of them end together.
             let (alive, met) = (alive.bits(), met.bits());
             for lane in (0..F::LANES).filter(|lane| alive >> lane & 1 != 0) {
                 let empty = FirstHit { slot: slot[lane], ..FirstHit::default() };

@@ -1,74 +1,74 @@
-//! Light that comes to a path through holes of the surfaces between it and a light.
+//! Transmittance of shadow rays through holes of surfaces.
 
 use super::interiors::{MOST_HOLES, Surroundings};
-use super::vertex::{State, View, meeting};
+use super::vertex::{State, TraceContext, material_block};
 use crate::math::{Float, Ray, Uint, function, value};
 use crate::sampling::EndlessStream;
 use crate::world::{FIRST_TRIANGLE, Uv};
 
-/// A shadow ray on its way.
+/// The state of a shadow ray.
 #[derive(Clone, Copy)]
 struct Shadow<F: Float> {
     ray: Ray<F>,
-    /// The distance that is left to the light.
+    /// The remaining distance to the light.
     left: F,
-    /// The share of light that comes through what has been met so far.
+    /// The transmittance so far.
     share: F,
-    /// Surfaces that have been met.
+    /// The number of surfaces hit so far.
     met: F::Uint,
-    /// The lanes that are on their way.
+    /// The lanes whose rays are not finished.
     lives: F::Mask,
-    /// Numbers by which mixed materials are chosen.
+    /// The random numbers by which mixed materials are chosen.
     stream: EndlessStream<F>,
 }
 
 value!(Shadow { ray, left, share, met, lives, stream });
 
-/// The share of light that comes along shadow rays, in the lanes of `asks`, through all that is nearer than the distance
-/// `end`: the product of what each surface lets through. For lanes in `past_triangles`, meshes hide nothing.
+/// The transmittance of shadow rays up to the distance `end`, in the lanes of `active`: the product of 1 − opacity over
+/// all surfaces. Lanes in `ignores_meshes` ignore meshes.
 ///
-/// The product itself has less noise than chance would, as it is with rays that are followed.
+/// The product has less noise than a random choice at each surface, which paths make.
 #[inline(always)]
 pub(super) fn seen_through<F: Float>(
-    view: &View<'_>,
+    context: &TraceContext<'_>,
     state: &State<F>,
     around: &impl Surroundings<F>,
     shadow: &Ray<F>,
     end: F,
-    asks: F::Mask,
-    past_triangles: F::Mask,
+    active: F::Mask,
+    ignores_meshes: F::Mask,
 ) -> F {
-    let (path, block, shadow) = (state.id, meeting(state, around), *shadow);
-    function!(F, seen_through(path, block, shadow, end, asks, past_triangles), {
+    let (path, block, shadow) = (state.id, material_block(state, around), *shadow);
+    function!(F, seen_through(path, block, shadow, end, active, ignores_meshes), {
         F::out_of_line(
             #[inline(always)]
             move || {
-                let (scene, one) = (view.scene, F::splat(1.0));
-                let stream = view.settings.sampler.endless(path, block);
+                let (scene, one) = (context.scene, F::splat(1.0));
+                let stream = context.settings.sampler.endless(path, block);
                 let start = Shadow {
                     ray: shadow,
                     left: end,
                     share: one,
                     met: F::Uint::splat(0),
-                    lives: asks,
+                    lives: active,
                     stream,
                 };
                 let last = F::repeat(
-                    asks,
+                    active,
                     start,
                     #[inline(always)]
                     |shadow| {
                         let Shadow { ray, left, share, met, lives, mut stream } = shadow;
-                        let hit = view.world.intersect(&ray, lives);
+                        let hit = context.world.intersect(&ray, lives);
                         let mut hides = lives & hit.is_some() & hit.t.lt(left);
                         let [number, ..] = stream.draw(hides);
-                        let at = scene.interaction(&ray, &hit, hides, Uv::WherePatterned);
+                        let at = scene.interaction(&ray, &hit, hides, Uv::IfTextured);
                         let (at, opacity) = scene.modified(at, ray.d, hides, number);
                         let beyond = at.straight_on(&ray);
                         let meets = hides;
                         if scene.surfaces.triangles().is_some() {
                             hides =
-                                hides & !(past_triangles & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE)));
+                                hides & !(ignores_meshes & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE)));
                         }
                         let goes = meets & met.lt(F::Uint::splat(MOST_HOLES));
                         let share = F::select(hides, share * (one - opacity), share);

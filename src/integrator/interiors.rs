@@ -1,23 +1,23 @@
-//! The dielectrics that a path is inside of, in scenes that have media (see [`Media`]), and surfaces that paths pass
-//! straight through.
+//! The dielectrics that contain a path, in scenes with media (see [`Media`]), and surfaces that paths pass straight
+//! through.
 //!
-//! Light fades along a segment by the absorption of the medium that counts: that of the highest priority among all
-//! that the path is inside of, and of equal ones that which was entered last. Where any has a priority, a surface is an
-//! interface only if the medium that counts is another one beyond it, and refracts by the indices of these two; other
-//! surfaces of dielectrics are passed straight through (Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced
-//! Images").
+//! Light is absorbed along a segment by the effective medium: the dielectric of the highest priority that contains the
+//! path, and among equal priorities the one entered last. In scenes with priorities, a surface is an interface only if
+//! the effective medium changes there; it refracts by the indices of both media. Paths pass straight through other
+//! surfaces of dielectrics (Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images").
 //!
-//! What holds of these paths:
-//! - They begin inside of what a ray from the camera's eye upwards leaves without having entered it, whatever their place
-//!   on the lens or the film. What a path leaves without having entered it, it was inside of all the same.
-//! - [`MOST_INTERIORS`] dielectrics are kept. Inside of more, the one that would count last is forgotten: if all others
-//!   are left before it, the path goes on as if it were outside of it.
-//! - Rays to lights end at every surface, but for its holes. They fade by the medium on the side where they set out. What
-//!   a path finds behind a surface that it passed through no such ray could have found, so that it has all the weight.
-//! - At a hole no medium changes, and what a path finds behind it a ray to a light could have found.
-//! - Two surfaces in the same place are one to a ray, which meets the first and sets out beyond both: dielectrics that
-//!   touch have to overlap a little, as water reaches into its glass.
-//! - A surface passed through is no bounce, and at most [`MOST_PASSED`] are passed in a row.
+//! - A path starts inside the dielectrics that an upward ray from the camera's eye leaves without having entered them,
+//!   for every position on the lens or the film. A path that leaves a dielectric without having entered it has been
+//!   inside all along.
+//! - At most [`MOST_INTERIORS`] dielectrics are stored. Beyond that, the one of the lowest precedence is dropped: if
+//!   all others are left before it, the path continues as if it were outside.
+//! - Shadow rays end at every surface, except at holes. They are absorbed by the medium on the side where they start.
+//!   No shadow ray could reach emission behind a surface that the path passed straight through, so such emission has an
+//!   MIS weight of 1.
+//! - At a hole the medium does not change, and shadow rays can reach the emission behind it.
+//! - A ray cannot tell coincident surfaces apart: it hits the first one and continues beyond both. Dielectrics that
+//!   touch must overlap slightly, such as water that extends into its glass.
+//! - Passing straight through a surface is no bounce. A path passes at most [`MOST_PASSED`] surfaces in a row.
 
 use crate::material::{Bsdf, MOST_INTERIORS, Media};
 use crate::math::lanes::{Layout, Part, Value};
@@ -25,31 +25,32 @@ use crate::math::{Float, Mask, Rgb, Uint, Vec3, function, value};
 use crate::world::{CompiledScene, Interaction};
 use std::cell::Cell;
 
-/// The most surfaces in a row that paths pass straight through: a bound on the work, which no scene should reach.
+/// The maximum number of surfaces in a row that a path passes straight through. It bounds the work; no scene should
+/// reach it.
 pub(crate) const MOST_PASSED: u32 = 1024;
 
-/// The most holes that paths go through. A surface behind as many is met whatever its opacity, and hides lights, so that no
-/// path is without an end.
+/// The maximum number of holes that a path passes through. Behind them, surfaces are opaque and occlude lights, so that
+/// every path ends.
 pub(super) const MOST_HOLES: u32 = 1024;
 
-/// The media that a path is inside of: see [`Media::packed`].
+/// The media that contain a path: see [`Media::packed`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interiors<F: Float> {
     pub(crate) words: [F::Uint; 2],
 }
 
-/// The surroundings of a path.
+/// The surroundings of a path: its media, and counters of surfaces passed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Around<F: Float> {
-    /// Along the ray.
+    /// The media along the ray.
     pub(crate) here: Interiors<F>,
-    /// Beyond the surface that it met.
+    /// The media beyond the surface that the path hit.
     pub(crate) beyond: Interiors<F>,
-    /// The index of refraction around that surface's dielectric; 1 for other surfaces.
+    /// The index of refraction outside that surface's dielectric; 1 for other surfaces.
     pub(crate) outside: F,
-    /// Surfaces that were passed since the last bounce, by no holes.
+    /// The number of surfaces passed since the last bounce, without holes.
     pub(crate) passed: F::Uint,
-    /// Holes that the path has gone through so far; with `whitted`, all branches of the sample.
+    /// The number of holes passed by the path; with `whitted`, by all branches of the sample.
     pub(crate) holes: F::Uint,
 }
 
@@ -74,18 +75,18 @@ impl<F: Float> Interiors<F> {
         Interiors { words: [a | b.shl::<16>(), c | d.shl::<16>()] }
     }
 
-    /// The medium that counts.
+    /// The effective medium.
     #[inline(always)]
     fn first(self) -> F::Uint {
         self.words[0] & F::Uint::splat(0xffff)
     }
 
-    /// With a medium in front of those of its priority; the last of too many is forgotten. Zero changes nothing.
+    /// Inserts a medium before those of equal priority, and drops the last of too many. Zero changes nothing.
     #[inline(always)]
     fn with(self, media: &Media, medium: F::Uint) -> Self {
         let [a, b, c, d] = self.media();
         let own = media.priority(medium);
-        // Whether each comes before it; the priorities fall.
+        // Whether each medium precedes it; priorities descend.
         let (first, second) = (own.lt(media.priority(a)), own.lt(media.priority(b)));
         let (third, fourth) = (own.lt(media.priority(c)), own.lt(media.priority(d)));
         Interiors::of([
@@ -96,14 +97,14 @@ impl<F: Float> Interiors<F> {
         ])
     }
 
-    /// The lanes in which a medium is among them.
+    /// The lanes whose media include `medium`.
     #[inline(always)]
     fn has(self, medium: F::Uint) -> F::Mask {
         let [a, b, c, d] = self.media();
         a.eq(medium) | b.eq(medium) | c.eq(medium) | d.eq(medium)
     }
 
-    /// Without the first that is a medium, if there is one. Zero changes nothing.
+    /// Removes the first occurrence of a medium, if there is one. Zero changes nothing.
     #[inline(always)]
     fn without(self, medium: F::Uint) -> Self {
         let [a, b, c, d] = self.media();
@@ -121,7 +122,7 @@ impl<F: Float> Interiors<F> {
 }
 
 impl<F: Float> Around<F> {
-    /// Those of a path that leaves the camera.
+    /// The surroundings of a path that leaves the camera.
     #[inline(always)]
     pub(crate) fn at_camera(scene: &CompiledScene) -> Self {
         let nothing = Around::nothing();
@@ -132,7 +133,7 @@ impl<F: Float> Around<F> {
         Around { here: Interiors { words: [F::Uint::given(first), F::Uint::given(second)] }, ..nothing }
     }
 
-    /// Those of a path that is inside of nothing.
+    /// The surroundings of a path outside of all dielectrics.
     #[inline(always)]
     pub(crate) fn nothing() -> Self {
         let (nothing, zero) = (Interiors::outside_of_everything(), F::Uint::splat(0));
@@ -140,32 +141,32 @@ impl<F: Float> Around<F> {
     }
 }
 
-/// What becomes of the interiors at a surface.
+/// The change of interiors at a surface.
 #[derive(Clone, Copy)]
 struct Crossing<F: Float> {
     beyond: Interiors<F>,
     outside: F,
-    /// The lanes in which the medium that counts is the same on both sides, though there is one within the surface.
+    /// The lanes in which the effective medium is the same on both sides and is a dielectric.
     passes: F::Mask,
 }
 
 value!(Crossing { beyond, outside, passes });
 
-/// Where the surroundings of paths are kept: nowhere, in a value, or in a place of their own.
+/// Storage for the surroundings of paths: none, a value, or memory.
 ///
-/// Lanes keep them in memory, so that paths in scenes in which they [are not kept](are_kept) do not carry them along. A
-/// recorded program has them as a value, and nothing at all in such scenes. What is done with them is done in functions of their own, to
-/// which closures take copies: a reference would keep the state of paths in memory everywhere.
+/// Lanes store them in memory, so that paths in scenes that [do not need them](are_tracked) carry no state for them.
+/// Recorded programs hold them as a value, or not at all in such scenes. They are changed in separate functions, whose
+/// closures take copies: a reference would keep the state of paths in memory everywhere.
 pub(crate) trait Surroundings<F: Float>: Value<F> {
-    /// The media of the scene, if it has any and they are kept track of.
+    /// The media of the scene, if it has any and they are tracked.
     fn media<'s>(&self, scene: &'s CompiledScene) -> Option<&'s Media>;
-    /// What they are.
+    /// The current surroundings.
     fn get(&self) -> Around<F>;
-    /// The same with others in some lanes.
+    /// The surroundings, replaced by `around` in some lanes.
     fn set(self, lanes: F::Mask, around: Around<F>) -> Self;
 }
 
-/// Nowhere.
+/// No storage.
 impl<F: Float> Surroundings<F> for () {
     #[inline(always)]
     fn media<'s>(&self, _scene: &'s CompiledScene) -> Option<&'s Media> {
@@ -194,11 +195,11 @@ impl<F: Float> Surroundings<F> for Around<F> {
     }
 }
 
-/// A place of their own, for lanes. As a value it has no numbers: whatever is given back, the place is the same.
+/// Storage in memory, for lanes. As a [`Value`] it has no components: blending returns the same reference.
 #[derive(Clone, Copy)]
-pub(super) struct Kept<'a, F: Float>(pub(super) &'a Cell<Around<F>>);
+pub(super) struct InMemory<'a, F: Float>(pub(super) &'a Cell<Around<F>>);
 
-impl<F: Float> Value<F> for Kept<'_, F> {
+impl<F: Float> Value<F> for InMemory<'_, F> {
     #[inline(always)]
     fn blend(_mask: F::Mask, a: Self, _b: Self) -> Self {
         a
@@ -212,7 +213,7 @@ impl<F: Float> Value<F> for Kept<'_, F> {
     }
 }
 
-impl<F: Float> Surroundings<F> for Kept<'_, F> {
+impl<F: Float> Surroundings<F> for InMemory<'_, F> {
     #[inline(always)]
     fn media<'s>(&self, scene: &'s CompiledScene) -> Option<&'s Media> {
         scene.materials.media()
@@ -228,16 +229,16 @@ impl<F: Float> Surroundings<F> for Kept<'_, F> {
     }
 }
 
-/// Whether surroundings are kept in a scene: whether it has media or holes.
+/// Whether a scene needs surroundings: whether it has media or holes.
 #[inline(always)]
-pub(super) fn are_kept(scene: &CompiledScene) -> bool {
+pub(super) fn are_tracked(scene: &CompiledScene) -> bool {
     scene.materials.media().is_some() | scene.materials.has_holes()
 }
 
-/// The surroundings of paths some of which have just left the camera.
+/// Resets the surroundings of the paths in `lanes` to those at the camera.
 #[inline(always)]
-pub(super) fn started<F: Float, S: Surroundings<F>>(scene: &CompiledScene, around: S, lanes: F::Mask) -> S {
-    if !are_kept(scene) {
+pub(super) fn reset<F: Float, S: Surroundings<F>>(scene: &CompiledScene, around: S, lanes: F::Mask) -> S {
+    if !are_tracked(scene) {
         return around;
     }
     F::out_of_line(
@@ -246,7 +247,7 @@ pub(super) fn started<F: Float, S: Surroundings<F>>(scene: &CompiledScene, aroun
     )
 }
 
-/// What is left of a throughput after so long a way along the ray, which may be infinite.
+/// The throughput after absorption along the ray over `length`, which may be infinite.
 #[inline(always)]
 pub(crate) fn absorbed<F: Float, S: Surroundings<F>>(
     scene: &CompiledScene,
@@ -256,16 +257,16 @@ pub(crate) fn absorbed<F: Float, S: Surroundings<F>>(
 ) -> Rgb<F> {
     let Some(media) = around.media(scene) else { return beta };
     let around = *around;
-    // Only the factor comes from out of line: see `MaterialTable::bsdf`.
+    // Only the factor is computed out of line: see `MaterialTable::bsdf`.
     beta * F::out_of_line(
         #[inline(always)]
         move || media.transmittance(around.get().here.first(), length),
     )
 }
 
-/// What is left of light that comes to an interaction from `wi`, along so long a way.
+/// The light from `wi` at an interaction, after absorption over `length`.
 #[inline(always)]
-pub(super) fn faded<F: Float, S: Surroundings<F>>(
+pub(super) fn attenuated<F: Float, S: Surroundings<F>>(
     scene: &CompiledScene,
     around: &S,
     at: &Interaction<F>,
@@ -286,14 +287,14 @@ pub(super) fn faded<F: Float, S: Surroundings<F>>(
         )
 }
 
-/// The lanes in which a direction leads to the other side of the surface than the one that the ray came from.
+/// The lanes in which a direction leads to the opposite side of the surface from the ray's origin.
 #[inline(always)]
 fn crosses<F: Float>(at: &Interaction<F>, d: Vec3<F>) -> F::Mask {
     (d.dot(at.point.n) * at.cos_o).lt(F::zero())
 }
 
-/// What paths find at surfaces, in the lanes of `met`: the surroundings, and the lanes in which the surface is none, as the
-/// medium that counts is the same on both sides.
+/// The surroundings after a hit, in the lanes of `met`, and the lanes that pass straight through the surface because
+/// the effective medium does not change.
 #[inline(always)]
 pub(crate) fn at_surface<F: Float, S: Surroundings<F>>(
     scene: &CompiledScene,
@@ -309,18 +310,21 @@ pub(crate) fn at_surface<F: Float, S: Surroundings<F>>(
             let own = around.get();
             let here = own.here;
             let Crossing { beyond, outside, passes } =
-                function!(F, meet_interface(here, material, enters), { meet(media, here, material, enters) });
+                function!(F, meet_interface(here, material, enters), {
+                    cross(media, here, material, enters)
+                });
             (around.set(met, Around { beyond, outside, ..own }), met & passes)
         },
     )
 }
 
-/// What becomes of interiors at a surface of a material, from outside where it is entered.
+/// The change of interiors at a surface of a material, which the path enters in the lanes of `enters` and leaves in
+/// others.
 #[inline(always)]
-fn meet<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters: F::Mask) -> Crossing<F> {
+fn cross<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters: F::Mask) -> Crossing<F> {
     let medium = media.medium(material);
     let (entered, left) = (here.with(media, medium), here.without(medium));
-    // Where a dielectric is left that was never entered, the path was inside of it all the same.
+    // A path that leaves a dielectric without having entered it has been inside all along.
     let inner = Interiors::blend(!enters & here.has(medium), here, entered);
     let outer = Interiors::blend(enters, here, left);
     let beyond = Interiors::blend(enters, inner, outer);
@@ -336,7 +340,7 @@ fn meet<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters: 
     }
 }
 
-/// The BSDF at an interaction; that of an interface refracts by the indices of the two media that meet there.
+/// The BSDF at an interaction. Interfaces refract by the indices of the two effective media.
 #[inline(always)]
 pub(super) fn bsdf<F: Float, S: Surroundings<F>>(
     scene: &CompiledScene,
@@ -347,7 +351,7 @@ pub(super) fn bsdf<F: Float, S: Surroundings<F>>(
     if around.media(scene).is_some_and(Media::nests) { bsdf.within(around.get().outside) } else { bsdf }
 }
 
-/// The surroundings of paths that set out from an interaction towards `d` after a bounce, in some lanes.
+/// The surroundings of paths that leave an interaction towards `d` after a bounce, in some lanes.
 #[inline(always)]
 pub(crate) fn after_bounce<F: Float, S: Surroundings<F>>(
     scene: &CompiledScene,
@@ -370,8 +374,8 @@ pub(crate) fn after_bounce<F: Float, S: Surroundings<F>>(
     )
 }
 
-/// The surroundings of paths that go straight on: through surfaces that are none, in the lanes of `is_none`, and through
-/// holes; and the lanes of these that may.
+/// The surroundings of paths that continue straight on, in the lanes of `is_none` past surfaces that are no interfaces,
+/// and in those of `holes` through holes. Also returns the lanes in which this is allowed.
 #[inline(always)]
 pub(crate) fn straight_on<F: Float, S: Surroundings<F>>(
     around: S,
@@ -419,12 +423,13 @@ mod tests {
         Media::new(&rows)
     }
 
-    /// Follows a path through surfaces of rows, in and out, and tells the index around each, or none if it is passed.
+    /// Follows a path through surfaces of rows, entering and leaving, and returns the outside index at each, or `None`
+    /// where it passes straight through.
     fn follow(media: &Media, surfaces: &[(u32, bool)]) -> (Vec<Option<f32>>, [u32; MOST_INTERIORS]) {
         let mut here = Interiors::<f32>::outside_of_everything();
         let mut indices = Vec::new();
         for &(row, enters) in surfaces {
-            let Crossing { beyond, outside, passes } = meet(media, here, Wrapping(row), enters);
+            let Crossing { beyond, outside, passes } = cross(media, here, Wrapping(row), enters);
             indices.push((!passes).then_some(outside));
             here = beyond;
         }
@@ -437,26 +442,26 @@ mod tests {
     const TWO: u32 = 4;
 
     #[test]
-    fn of_overlapping_dielectrics_the_highest_counts() {
+    fn the_highest_priority_of_overlapping_dielectrics_is_effective() {
         let media = &media();
         let none = [0; MOST_INTERIORS];
-        // Into the lower one, from there into the higher one; the end of the lower one lies within that.
+        // Enters the lower priority, then the higher one; the lower medium ends within the higher.
         let way = [(ONE, true), (TWO, true), (ONE, false), (TWO, false)];
         assert_eq!(follow(media, &way), (vec![Some(1.0), Some(3.0), None, Some(1.0)], none));
-        // The other way round.
+        // In the reverse order.
         let back = [(TWO, true), (ONE, true), (TWO, false), (ONE, false)];
         assert_eq!(follow(media, &back), (vec![Some(1.0), None, Some(3.0), Some(1.0)], none));
-        // One altogether within another.
+        // One entirely within another.
         let within = [(ONE, true), (TWO, true), (TWO, false), (ONE, false)];
         assert_eq!(follow(media, &within).0, vec![Some(1.0), Some(3.0), Some(3.0), Some(1.0)]);
         let hidden = [(TWO, true), (ONE, true), (ONE, false), (TWO, false)];
         assert_eq!(follow(media, &hidden).0, vec![Some(1.0), None, None, Some(1.0)]);
-        // What is no dielectric is always met, and has no index around it.
+        // Opaque materials are always hit, and have no outside index.
         assert_eq!(follow(media, &[(TWO, true), (0, true)]).0, vec![Some(1.0), Some(1.0)]);
     }
 
     #[test]
-    fn of_equal_ones_the_last_counts_and_the_same_one_joins() {
+    fn the_last_of_equal_priorities_is_effective_and_equal_media_merge() {
         let media = &media();
         let way = [(GLASS, true), (ZERO, true), (GLASS, false), (ZERO, false)];
         assert_eq!(follow(media, &way).0, vec![Some(1.0), Some(1.5), None, Some(1.0)]);
@@ -465,7 +470,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_entered_can_be_left() {
+    fn dielectrics_that_were_never_entered_can_be_left() {
         let media = &media();
         let out = [(TWO, false), (ONE, true), (TWO, false)];
         assert_eq!(
@@ -476,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn the_one_that_would_count_last_is_forgotten() {
+    fn the_medium_of_lowest_precedence_is_dropped() {
         let media = &media();
         let in_all: Vec<_> = (ZERO..ZERO + 6).map(|row| (row, true)).collect();
         let medium = |row| media.medium(Wrapping(row)).0;
@@ -486,7 +491,7 @@ mod tests {
     }
 
     #[test]
-    fn without_priorities_every_surface_is_met() {
+    fn without_priorities_every_surface_is_an_interface() {
         let media = Media::new(&[dielectric(1.5, 0.0, 1.0), dielectric(1.3, 0.0, 2.0)]);
         let way = [(0, true), (1, true), (0, false), (1, false)];
         assert_eq!(follow(&media, &way), (vec![Some(1.0); 4], [0; MOST_INTERIORS]));

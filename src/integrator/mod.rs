@@ -1,21 +1,21 @@
 //! Integrators: estimates of the radiance that arrives at the camera along its rays.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
 //! | `path_tracer` | `path` and `path-naive`: the loop over lanes, and one step of a path |
 //! | `next_event` | the direct light of `path`, and the weights of multiple importance sampling |
 //! | `naive` | the direct light of `path-naive`: that of delta lights |
-//! | `holes` | the light that comes through holes of surfaces |
+//! | `holes` | the transmittance of shadow rays through holes |
 //! | `roulette` | Russian roulette |
-//! | `interiors` | the dielectrics that a path is inside of |
-//! | `whitted` | `whitted` |
-//! | `blocks` | the random numbers of each decision of each integrator |
-//! | `vertex` | the state of a path in each lane, the surfaces that it meets, and its next ray |
-//! | `queue` | camera rays that wait for a free lane |
+//! | `interiors` | the dielectrics that contain a path |
+//! | `whitted` | the integrator `whitted` |
+//! | `blocks` | the blocks of random numbers that each decision uses |
+//! | `vertex` | the state of a path in each lane, its vertices, and its next ray |
+//! | `queue` | camera rays that are computed ahead for free lanes |
 //! | `paths` | the input and output of integrators: the pixels and samples to trace, and the samples found |
 //! | `first_hit` | the first hits of camera rays, for layers |
 //! | `observe` | the events of one path, for `stride trace` |
-//! | `build` | the integrator that a scene names |
+//! | `build` | construction of the integrator that a scene names |
 //!
 //! An [`Integrator`] traces [`Paths`]; [`build()`] makes one for a scene.
 
@@ -51,9 +51,9 @@ pub(crate) use path_tracer::{Stepped, Transport, step_with};
 #[cfg(feature = "gpu")]
 pub(crate) use paths::camera_ray;
 #[cfg(feature = "gpu")]
-pub(crate) use vertex::{State, View};
+pub(crate) use vertex::{State, TraceContext};
 #[cfg(feature = "gpu")]
-pub(crate) use whitted::{Asked, Lit, Spawned};
+pub(crate) use whitted::{LampSample, Lit, Spawned};
 
 use crate::camera::Camera;
 use crate::math::lanes::Level;
@@ -61,21 +61,21 @@ use crate::sampling::{Pixel, Sample};
 
 /// An integrator. It is chosen once per run; a call traces a block of paths, so that no ray costs an indirect call.
 pub trait Integrator: Send + Sync {
-    /// Traces paths, appends their samples in any order, and returns how many rays that took. What the samples contribute
-    /// to other pixels is dropped.
+    /// Traces paths, appends their samples in any order, and returns the number of rays traced. Contributions to other
+    /// pixels are dropped.
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
         let mut found = Found { finished: std::mem::take(out), contributions: Vec::new() };
         let rays = self.trace_until(level, paths, &|| false, &mut found).unwrap_or_default();
         *out = found.finished;
         rays
     }
-    /// Traces paths, appends their samples and what these contribute to any pixel, in any order, and returns how many
-    /// rays that took. Calls `stop` before each bounce of a packet. If that returns true, tracing ends at once and the
+    /// Traces paths, appends their samples and their contributions to any pixel in any order, and returns the number of
+    /// rays traced. Calls `stop` before each bounce of a packet. If that returns true, tracing ends at once and the
     /// result is `None`; `out` may then hold some of the samples.
     ///
-    /// What a sample contributes is a function of its pixel, its index and the seed, and its expectation is the same for
-    /// all pixels: whoever renders a part of the film, or more samples of some pixels, makes a part of the contributions
-    /// to all of it.
+    /// The contributions of a sample depend only on its pixel, its index and the seed, and their expectation is the
+    /// same for all pixels. Every part of a film, and every range of samples, therefore yields a share of the
+    /// contributions to the entire film.
     fn trace_until(
         &self,
         level: Level,

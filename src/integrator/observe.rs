@@ -2,23 +2,23 @@
 
 use crate::math::{Float, Ray, Rgb, Uint, Vec3};
 
-/// Something that happens on a path.
+/// An event on a path.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// A ray leaves the camera or a surface.
     Ray {
         /// Bounces so far.
         depth: u32,
-        /// Its origin.
+        /// The ray's origin.
         origin: [f32; 3],
-        /// Its direction.
+        /// The ray's direction.
         direction: [f32; 3],
     },
-    /// It met a surface.
+    /// The ray hits a surface.
     Hit {
         /// Distance along the ray.
         distance: f32,
-        /// The point.
+        /// The hit point.
         point: [f32; 3],
         /// The outward normal there.
         normal: [f32; 3],
@@ -29,32 +29,32 @@ pub enum Event {
         /// Radiance emitted towards the ray's origin.
         emitted: [f32; 3],
     },
-    /// It left the scene.
+    /// The ray leaves the scene.
     Escape {
-        /// The radiance from there.
+        /// The radiance of the environment and of lights at infinity.
         radiance: [f32; 3],
     },
     /// A light was sampled.
     Light {
         /// Direction to the light.
         direction: [f32; 3],
-        /// Radiance that this adds to the path, before throughput.
+        /// Radiance that the sample adds to the path, before throughput.
         added: [f32; 3],
     },
-    /// The path goes on in a direction drawn from the BxDF.
+    /// The path continues in a direction sampled from the BxDF.
     Scatter {
         /// f·|cos θ|/pdf.
         weight: [f32; 3],
-        /// Density of the direction by solid angle; the chance of a delta lobe.
+        /// Density of the direction by solid angle, in 1/sr; the probability of a delta lobe.
         pdf: f32,
-        /// Product of all weights so far.
+        /// The throughput: the product of all weights so far.
         throughput: [f32; 3],
     },
     /// The path survives Russian roulette.
     Survive {
-        /// The chance of that, which its throughput is divided by.
+        /// The survival probability, by which the throughput is divided.
         chance: f32,
-        /// Product of all weights so far.
+        /// The throughput: the product of all weights so far.
         throughput: [f32; 3],
     },
     /// The path ends.
@@ -66,9 +66,9 @@ pub enum Event {
     },
 }
 
-/// A log of the events of a path, if a caller wants one.
+/// A log of the events of a path, if the caller wants one.
 ///
-/// Events are recorded only where there is a single lane, so that wider lanes have no code for it.
+/// Events are recorded only at the scalar level, so that wider lanes have no code for them.
 pub struct Observer<'a>(Option<&'a mut Vec<Event>>);
 
 impl<'a> Observer<'a> {

@@ -1,16 +1,17 @@
-//! Path tracing: the loop over lanes, which each follow a path and start the next when it ends, and one step of a path.
+//! Path tracing: the loop over lanes, each of which follows a path and starts the next one when it ends, and one step
+//! of a path.
 
 use super::Integrator;
 use super::blocks::path::SCATTER;
 use super::first_hit::{FirstHit, FirstHits};
-use super::interiors::{self, Around, Kept, Surroundings};
+use super::interiors::{self, Around, InMemory, Surroundings};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
 use super::observe::{Event, Observer, ray_event, rgb};
 use super::paths::{Finished, Found, Paths, Settings};
 use super::queue::{Queue, Start};
 use super::roulette::roulette;
-use super::vertex::{Departure, Scattering, State, Vertex, View, escape, go_on};
+use super::vertex::{PreviousVertex, Scattering, State, TraceContext, Vertex, escape, go_on};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch};
@@ -21,18 +22,18 @@ use crate::world::{CompiledScene, Interaction, World};
 use std::cell::Cell;
 use std::sync::Arc;
 
-/// How paths gather light. It is a value and not a type, so that the path tracer is compiled once; the branch is taken
-/// once a step for all lanes.
+/// How paths gather light. It is chosen at run time, so that the path tracer is compiled once; the branch is taken once
+/// per step for all lanes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Transport {
     /// By next-event estimation.
     NextEvent(NextEvent),
-    /// By directions of the BxDF alone, but for delta lights: see `naive.rs`.
+    /// By BxDF sampling alone, except for delta lights: see `naive.rs`.
     Naive,
 }
 
 impl Transport {
-    /// That of an integrator; `None` for one that follows no paths.
+    /// The transport of an integrator; `None` for one that follows no paths.
     pub(crate) fn of(integrator: scene::Integrator) -> Option<Transport> {
         match integrator {
             scene::Integrator::Path => Some(Transport::NextEvent(NextEvent::default())),
@@ -41,7 +42,7 @@ impl Transport {
         }
     }
 
-    /// Whether sampling lights competes with directions of the BxDF for the same light.
+    /// Whether light sampling and BxDF sampling find the same lights, and need MIS weights.
     #[inline(always)]
     fn competes(self) -> bool {
         matches!(self, Transport::NextEvent(_))
@@ -61,8 +62,8 @@ pub(super) struct PathTracer {
 }
 
 impl PathTracer {
-    fn view(&self) -> View<'_> {
-        View { scene: &self.scene, world: &self.world, settings: &self.settings }
+    fn context(&self) -> TraceContext<'_> {
+        TraceContext { scene: &self.scene, world: &self.world, settings: &self.settings }
     }
 }
 
@@ -76,12 +77,12 @@ impl Integrator for PathTracer {
     ) -> Option<u64> {
         let out = &mut out.finished;
         out.reserve(paths.len());
-        let (view, transport, observer) = (self.view(), self.transport, Observer::none());
-        dispatch(level, TracePaths { view, transport, paths, stop, out, observer })
+        let (context, transport, observer) = (self.context(), self.transport, Observer::none());
+        dispatch(level, TracePaths { context, transport, paths, stop, out, observer })
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
-        dispatch(level, FirstHits { view: self.view(), paths, out });
+        dispatch(level, FirstHits { context: self.context(), paths, out });
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
@@ -92,20 +93,20 @@ impl Integrator for PathTracer {
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
         let paths = &Paths { pixels: &[pixel], first_sample: sample, samples: 1 };
         let (mut out, mut events) = (Vec::new(), Vec::new());
-        let (view, transport, observer) = (self.view(), self.transport, Observer::of(&mut events));
+        let (context, transport, observer) = (self.context(), self.transport, Observer::of(&mut events));
         let (stop, out_all) = (&|| false, &mut out);
-        // Events are those of a single lane.
-        dispatch(Level::SCALAR, TracePaths { view, transport, paths, stop, out: out_all, observer });
+        // Only scalar lanes record events.
+        dispatch(Level::SCALAR, TracePaths { context, transport, paths, stop, out: out_all, observer });
         (out[0].sample, events)
     }
 }
 
-/// Traces a block of paths, and returns how many rays that took; `None` if it was to stop before the end.
+/// Traces a block of paths and returns the number of rays traced; `None` if `stop` ended it early.
 pub(super) struct TracePaths<'a> {
-    pub view: View<'a>,
+    pub context: TraceContext<'a>,
     pub transport: Transport,
     pub paths: &'a Paths<'a>,
-    /// Whether to stop. It is called at each bounce of a packet, as there is no other bound on the time that paths take.
+    /// Whether to stop. It is called at each bounce of a packet, as the time that paths take is not bounded otherwise.
     pub stop: &'a dyn Fn() -> bool,
     pub out: &'a mut Vec<Finished>,
     pub observer: Observer<'a>,
@@ -116,24 +117,25 @@ impl Kernel for TracePaths<'_> {
 
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> Option<u64> {
-        let TracePaths { view, transport, paths, stop, out, mut observer } = self;
+        let TracePaths { context, transport, paths, stop, out, mut observer } = self;
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
         let mut state = State::start(start.id, Ray::none());
         let mut alive = F::Mask::splat(false);
         let around = Cell::new(Around::nothing());
-        let around = Kept(&around);
+        let around = InMemory(&around);
         let mut rays = 0;
         loop {
             // Lanes whose paths have ended start the next ones.
-            let started = queue.take(!alive, view.settings, &view.scene.camera, &mut start, &mut state.ray);
+            let started =
+                queue.take(!alive, context.settings, &context.scene.camera, &mut start, &mut state.ray);
             state.id = start.id;
             let fresh = State::start(start.id, state.ray);
             state.depth = F::Uint::select(started, fresh.depth, state.depth);
             state.beta = Rgb::select(started, fresh.beta, state.beta);
             state.l = Rgb::select(started, fresh.l, state.l);
-            state.departure = Departure::blend(started, fresh.departure, state.departure);
-            interiors::started(view.scene, around, started);
+            state.previous = PreviousVertex::blend(started, fresh.previous, state.previous);
+            interiors::reset(context.scene, around, started);
             alive = alive | started;
             if !alive.any() {
                 return Some(rays);
@@ -142,7 +144,7 @@ impl Kernel for TracePaths<'_> {
                 return None;
             }
 
-            let (stepped, _) = step(transport, &view, state, around, alive, &mut observer);
+            let (stepped, _) = step(transport, &context, state, around, alive, &mut observer);
             rays += u64::from(alive.bits().count_ones()) + u64::from(stepped.shadows.bits().count_ones());
             state = stepped.state;
             let ended = alive & !stepped.going;
@@ -158,7 +160,7 @@ impl Kernel for TracePaths<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct Stepped<F: Float> {
     pub state: State<F>,
-    /// The lanes that go on.
+    /// The lanes whose paths continue.
     pub going: F::Mask,
     /// The lanes that traced a shadow ray.
     pub shadows: F::Mask,
@@ -166,32 +168,32 @@ pub(crate) struct Stepped<F: Float> {
 
 value!(Stepped { state, going, shadows });
 
-/// [`step`] with the surroundings of paths as a value, for recorded programs.
+/// [`step`] with surroundings as a value, for recorded programs.
 #[cfg(feature = "gpu")]
 #[inline(always)]
 pub(crate) fn step_with<F: Float>(
     transport: Transport,
-    view: &View<'_>,
+    context: &TraceContext<'_>,
     state: State<F>,
     around: Around<F>,
     alive: F::Mask,
 ) -> (Stepped<F>, Around<F>) {
     let observer = &mut Observer::none();
-    if interiors::are_kept(view.scene) {
-        step(transport, view, state, around, alive, observer)
+    if interiors::are_tracked(context.scene) {
+        step(transport, context, state, around, alive, observer)
     } else {
-        // Nothing of it is needed within.
-        let (stepped, ()) = step(transport, view, state, (), alive, observer);
+        // The step needs no surroundings.
+        let (stepped, ()) = step(transport, context, state, (), alive, observer);
         (stepped, around)
     }
 }
 
-/// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray. Lanes have
-/// surroundings of one type alone, so that this is compiled once for each level.
+/// One step of every living path: it hits a surface, gathers light there, and gets its next ray. For lanes, `S` is
+/// always the same type, so that this is compiled once per level.
 #[inline(always)]
 fn step<F: Float, S: Surroundings<F>>(
     transport: Transport,
-    view: &View<'_>,
+    context: &TraceContext<'_>,
     mut state: State<F>,
     around: S,
     alive: F::Mask,
@@ -199,15 +201,15 @@ fn step<F: Float, S: Surroundings<F>>(
 ) -> (Stepped<F>, S) {
     observer.event::<F>(|| ray_event(state.depth, &state.ray));
     let none = F::Mask::splat(false);
-    let hit = view.world.intersect(&state.ray, alive);
+    let hit = context.world.intersect(&state.ray, alive);
     let (met, escaped) = (alive & hit.is_some(), alive & !hit.is_some());
-    state.beta = interiors::absorbed(view.scene, &around, state.beta, hit.t);
+    state.beta = interiors::absorbed(context.scene, &around, state.beta, hit.t);
     state.l = escape(
-        view,
+        context,
         &state,
         escaped,
         #[inline(always)]
-        |departure, asked| weight_of_escaped(departure, asked),
+        |previous, light_pdf| weight_of_escaped(previous, light_pdf),
         observer,
     );
     if observer.listens::<F>() && !met.first() {
@@ -218,16 +220,16 @@ fn step<F: Float, S: Surroundings<F>>(
         (Stepped { state, going: none, shadows: none }, around),
         #[inline(always)]
         || {
-            let vertex = Vertex::new(view, &state, &around, hit, met, observer);
+            let vertex = Vertex::new(context, &state, &around, hit, met, observer);
             let mut solid = met;
-            if view.scene.materials.has_holes() {
+            if context.scene.materials.has_holes() {
                 solid = solid & !vertex.holes;
             }
-            let (around, is_none) = interiors::at_surface(view.scene, around, &vertex.at, solid);
+            let (around, is_none) = interiors::at_surface(context.scene, around, &vertex.at, solid);
             let weight =
-                if transport.competes() { weight_of_met(view, &state, &vertex) } else { F::splat(1.0) };
+                if transport.competes() { weight_of_met(context, &state, &vertex) } else { F::splat(1.0) };
             state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
-            let going = solid & !is_none & state.depth.lt(F::Uint::given(&view.settings.max_depth));
+            let going = solid & !is_none & state.depth.lt(F::Uint::given(&context.settings.max_depth));
             if observer.listens::<F>() && !(going | is_none).first() && solid.first() {
                 observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
             }
@@ -235,35 +237,36 @@ fn step<F: Float, S: Surroundings<F>>(
                 going,
                 (Stepped { state, going, shadows: none }, around),
                 #[inline(always)]
-                || leave(transport, view, state, &vertex.at, going, around, observer),
+                || leave(transport, context, state, &vertex.at, going, around, observer),
             );
-            pass_on(view, &state, &vertex, is_none, left)
+            pass_on(context, &state, &vertex, is_none, left)
         },
     )
 }
 
-/// Takes paths straight on through holes, and where the surface that they met is none, in the lanes of `is_none`. The
-/// others have left it.
+/// Continues paths straight through holes, and through surfaces that are no interfaces in the lanes of `is_none`.
+/// `left` holds the other paths after their bounce.
 #[inline(always)]
 fn pass_on<F: Float, S: Surroundings<F>>(
-    view: &View<'_>,
+    context: &TraceContext<'_>,
     met: &State<F>,
     vertex: &Vertex<F>,
     is_none: F::Mask,
     (left, around): (Stepped<F>, S),
 ) -> (Stepped<F>, S) {
-    if !interiors::are_kept(view.scene) {
+    if !interiors::are_tracked(context.scene) {
         return (left, around);
     }
     let mut holes = F::Mask::splat(false);
-    if view.scene.materials.has_holes() {
+    if context.scene.materials.has_holes() {
         holes = vertex.holes;
     }
     let (around, goes) = interiors::straight_on(around, is_none, holes);
-    // Rays to lights go through holes, but end at surfaces that are none: no such ray could have found what lies behind.
-    let departure = Departure { pdf: met.departure.pdf.only(!is_none), ..met.departure };
-    let beyond = State { ray: vertex.at.straight_on(&met.ray), departure, ..*met };
-    // Blended here and not out of line: without any of this the state need not go through memory.
+    // Shadow rays pass through holes but end at surfaces that are no interfaces, so none could reach the emission
+    // behind these.
+    let previous = PreviousVertex { pdf: met.previous.pdf.only(!is_none), ..met.previous };
+    let beyond = State { ray: vertex.at.straight_on(&met.ray), previous, ..*met };
+    // Blended here and not out of line, so that the state need not go through memory in other scenes.
     let state = State::blend(is_none | holes, beyond, left.state);
     (Stepped { state, going: left.going | goes, shadows: left.shadows }, around)
 }
@@ -272,7 +275,7 @@ fn pass_on<F: Float, S: Surroundings<F>>(
 #[inline(always)]
 fn leave<F: Float, S: Surroundings<F>>(
     transport: Transport,
-    view: &View<'_>,
+    context: &TraceContext<'_>,
     state: State<F>,
     at: &Interaction<F>,
     going: F::Mask,
@@ -282,28 +285,28 @@ fn leave<F: Float, S: Surroundings<F>>(
     let at = *at;
     function!(F, leave_vertex(state, at, going, around), {
         let (mut state, mut going) = (state, going);
-        let lights = &view.scene.lights;
-        let scattering = Scattering::new(view.scene, &at, &state.ray, &around);
-        let bsdf = scattering.bsdf(view.scene);
+        let lights = &context.scene.lights;
+        let scattering = Scattering::new(context.scene, &at, &state.ray, &around);
+        let bsdf = scattering.bsdf(context.scene);
         let smooth = going & bsdf.has_non_delta();
-        let (asks, has_lights) = match transport {
-            // Surfaces that emit are often black.
+        let (active, has_lights) = match transport {
+            // Emissive surfaces are often black.
             Transport::NextEvent(_) => (smooth & !bsdf.is_black(), !lights.is_empty()),
             Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
         };
         let mut shadows = F::Mask::splat(false);
         if has_lights {
             (state.l, shadows) = F::branch(
-                asks,
+                active,
                 (state.l, shadows),
                 #[inline(always)]
                 || {
                     let direct = match transport {
                         Transport::NextEvent(_) => {
-                            direct_light(view, &state, &at, &scattering, asks, around, observer)
+                            direct_light(context, &state, &at, &scattering, active, around, observer)
                         }
                         Transport::Naive => {
-                            delta_light(view, &state, &at, &scattering, asks, around, observer)
+                            delta_light(context, &state, &at, &scattering, active, around, observer)
                         }
                     };
                     (state.l + state.beta * direct.added, direct.traced)
@@ -311,14 +314,14 @@ fn leave<F: Float, S: Surroundings<F>>(
             );
         }
 
-        let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, SCATTER.at::<F>(state.depth));
+        let [u, v, lobe, survival] = context.settings.sampler.draw(state.id, SCATTER.at::<F>(state.depth));
         let scattered = bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
-        going = going & !go_on(view.scene, &mut state, &at, &scattering, &scattered, observer);
-        let around = interiors::after_bounce(view.scene, around, &at, state.ray.d, going);
+        going = going & !go_on(context.scene, &mut state, &at, &scattering, &scattered, observer);
+        let around = interiors::after_bounce(context.scene, around, &at, state.ray.d, going);
 
         let pdf = if transport.competes() { scattered.pdf.only(!scattered.delta) } else { F::zero() };
-        let eta_scale = state.departure.eta_scale * (scattered.eta * scattered.eta);
-        state.departure = Departure { p: at.point.p, n: at.point.n, pdf, eta_scale };
+        let eta_scale = state.previous.eta_scale * (scattered.eta * scattered.eta);
+        state.previous = PreviousVertex { p: at.point.p, n: at.point.n, pdf, eta_scale };
         if let Transport::NextEvent(NextEvent { roulette: true }) = transport {
             going = roulette(&mut state, going, survival, observer);
         }

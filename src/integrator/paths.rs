@@ -6,19 +6,19 @@ use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Contribution, Independent, PathId, Pixel, Sample, Sampler, Sobol};
 use crate::scene;
 
-/// Paths to trace: the same sample indices for each of some pixels.
+/// Paths to trace: a range of sample indices, for each of some pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Paths<'a> {
-    /// The pixels.
+    /// The indices of the pixels.
     pub pixels: &'a [Pixel],
     /// The first sample index.
     pub first_sample: u32,
-    /// How many samples each pixel gets.
+    /// The number of samples per pixel.
     pub samples: u32,
 }
 
 impl Paths<'_> {
-    /// How many paths these are.
+    /// The number of paths.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.pixels.len() * self.samples as usize
@@ -33,23 +33,23 @@ impl Paths<'_> {
 /// A finished path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finished {
-    /// Which of the [`Paths::pixels`] it was for.
+    /// The index of its pixel in [`Paths::pixels`].
     pub slot: u32,
     /// Its sample.
     pub sample: Sample,
 }
 
-/// What paths find.
+/// The results of tracing paths.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
     /// The sample of each path.
     pub finished: Vec<Finished>,
-    /// What samples contribute to any pixel.
+    /// The contributions of samples to any pixel.
     pub contributions: Vec<Contribution>,
 }
 
 impl Found {
-    /// Forgets all of it, and keeps the memory.
+    /// Clears the results and keeps the memory.
     pub fn clear(&mut self) {
         self.finished.clear();
         self.contributions.clear();
@@ -63,13 +63,12 @@ pub struct Settings {
     pub sampler: Sampler,
     /// The distribution of samples around a pixel's centre.
     pub offset: FilmOffset,
-    /// The largest number of bounces; [`crate::scene::UNLIMITED`] only with an integrator that ends its paths
-    /// otherwise.
+    /// The maximum number of bounces; [`crate::scene::UNLIMITED`] only for integrators that end their paths otherwise.
     pub max_depth: u32,
 }
 
 impl Settings {
-    /// The settings that a scene names.
+    /// The settings of a scene.
     pub fn new(render: &scene::RenderSettings, offset: FilmOffset) -> Settings {
         let seed = render.seed;
         let sampler = match render.sampler {
@@ -80,7 +79,7 @@ impl Settings {
     }
 }
 
-/// A film position for a path, in pixels from the top left, and the camera ray through it.
+/// The film position of a path, in pixels from the top left, and its camera ray.
 #[inline(always)]
 pub(crate) fn camera_ray<F: Float>(
     settings: &Settings,

@@ -1,4 +1,4 @@
-//! Camera rays that wait for a free lane.
+//! Camera rays that are computed ahead for free lanes.
 
 use super::paths::{Paths, Settings, camera_ray};
 use crate::camera::Camera;
@@ -9,7 +9,7 @@ use crate::sampling::PathId;
 /// The properties of a path that do not change along it.
 #[derive(Clone, Copy)]
 pub(super) struct Start<F: LaneFloat> {
-    /// Which of the [`Paths::pixels`] it is for.
+    /// The index of its pixel in [`Paths::pixels`].
     pub slot: F::Uint,
     pub id: PathId<F>,
     /// Film position in pixels from the top left.
@@ -25,13 +25,13 @@ impl<F: LaneFloat> Start<F> {
     }
 }
 
-/// The next paths of a block, made as many at a time as there are lanes: a lane whose path has
-/// ended takes one of them, and no camera ray is computed for lanes that are busy.
+/// The next paths of a block, computed for all lanes at a time. A lane whose path has ended takes one of them, and no
+/// camera ray is computed for busy lanes.
 pub(super) struct Queue<'a> {
     paths: &'a Paths<'a>,
-    /// The next path to make, as (pixel, sample) among `paths`.
+    /// The next path to compute, as (pixel, sample) in `paths`.
     next: (usize, u32),
-    /// The places from `taken` to `made` hold paths that wait.
+    /// The entries from `taken` to `made` hold computed paths.
     made: u32,
     taken: u32,
     slot: [u32; MAX_LANES],
@@ -63,8 +63,7 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Gives paths and their first rays to the idle lanes, as long as there are any. Returns the lanes that
-    /// got one.
+    /// Gives paths and their first rays to the idle lanes, as long as there are any. Returns the lanes that got one.
     #[inline(always)]
     pub(super) fn take<F: LaneFloat>(
         &mut self,
@@ -101,7 +100,7 @@ impl<'a> Queue<'a> {
         given
     }
 
-    /// Makes the next paths.
+    /// Computes the next paths.
     #[inline(always)]
     fn make<F: LaneFloat>(&mut self, settings: &Settings, camera: &Camera) {
         let (mut slot, mut sample) = self.next;

@@ -4,21 +4,20 @@ use super::observe::{Event, Observer, rgb};
 use super::vertex::State;
 use crate::math::{Float, Mask, Uint, function, value};
 
-/// Bounces that every path makes before Russian roulette may end it.
+/// The number of bounces before Russian roulette may end a path.
 pub const ROULETTE_FROM: u32 = 2;
 
-/// The chance to survive is this much for each unit of throughput, and certainty above its inverse: a path
-/// is never ended while its throughput is a quarter or more. Measured: compared with ending paths at any
-/// loss, as the report does, variance falls more than time grows, and most where samples are well spread.
+/// The survival probability per unit of throughput, at most 1: a path is never ended while its throughput is at least a
+/// quarter. Compared with ending paths at any loss, as in the report, measured variance falls more than time grows,
+/// most of all with well-distributed samples.
 pub const ROULETTE_KEEPS: f32 = 4.0;
 
-/// From this depth on no path survives with more than [`ROULETTE_AT_MOST`], so that even one without
-/// losses, between perfect mirrors for example, ends.
+/// From this depth the survival probability is at most [`ROULETTE_AT_MOST`], so that even a path without losses ends,
+/// for example between perfect mirrors.
 pub const ROULETTE_AT_MOST_FROM: u32 = 256;
 
-/// See [`ROULETTE_AT_MOST_FROM`]. The nearer to one the better: among surfaces that reflect more at a bounce than the
-/// square root of this, each further bounce adds more variance than the last, as few survivors stand for all
-/// other paths.
+/// See [`ROULETTE_AT_MOST_FROM`]. The closer to one, the better: between surfaces whose reflectance exceeds its square
+/// root, each further bounce adds more variance than the last, as few survivors represent all other paths.
 pub const ROULETTE_AT_MOST: f32 = 0.999;
 
 /// The outcome of Russian roulette.
@@ -28,14 +27,15 @@ struct Roulette<F: Float> {
     plays: F::Mask,
     /// The lanes that end.
     ends: F::Mask,
-    /// The chance to survive of those that take part.
+    /// The survival probability of the lanes that take part.
     chance: F,
 }
 
 value!(Roulette { plays, ends, chance });
 
-/// Russian roulette: ends paths whose throughput is below a quarter with a chance that grows as it falls, and divides
-/// the throughput of the others by their chance to survive. `survival` is uniform in [0, 1). Returns the lanes that go on.
+/// Russian roulette: ends paths whose throughput is below a quarter with a probability that grows as it falls, and
+/// divides the throughput of the others by their survival probability. `survival` is uniform in [0, 1). Returns the
+/// lanes that continue.
 #[inline(always)]
 pub(super) fn roulette<F: Float>(
     state: &mut State<F>,
@@ -43,14 +43,14 @@ pub(super) fn roulette<F: Float>(
     survival: F,
     observer: &mut Observer<'_>,
 ) -> F::Mask {
-    let (beta, eta_scale, depth) = (state.beta, state.departure.eta_scale, state.depth);
+    let (beta, eta_scale, depth) = (state.beta, state.previous.eta_scale, state.depth);
     let Roulette { plays, ends, chance } = function!(F, roulette(beta, eta_scale, depth, going, survival), {
         let chance = beta.max_channel() * eta_scale * ROULETTE_KEEPS;
         let long = !depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
         let at_most = F::splat(ROULETTE_AT_MOST);
         let chance = F::select(long & at_most.lt(chance), at_most, chance);
         let plays = going & !depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
-        // NaN is never less than anything: it survives to be counted.
+        // NaN is never less than anything: such a path survives and is counted.
         Roulette { plays, ends: plays & chance.le(survival), chance }
     });
     let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));

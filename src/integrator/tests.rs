@@ -1,18 +1,18 @@
-//! Lights at infinity: what integrators find of them, against radiance by formula.
+//! Lights at infinity: estimates of integrators, compared with formulas.
 
 use super::{Paths, build};
-use crate::light::made_up::Sky;
+use crate::light::test_sky::Sky;
 use crate::light::{Distant, LightTable};
 use crate::math::lanes::Level;
 use crate::sampling::Pixel;
 use crate::sampling::warp::FilmOffset;
 use crate::scene;
-use crate::world::{Finder, World, compile};
+use crate::world::{AcceleratorChoice, World, compile};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A floor of a material seen aslant, at the origin, below a lamp of which the floor sees a sixteenth; with lights
-/// added. The mean and its standard error, of so many samples.
+/// The mean radiance and its standard error at the origin of a floor, seen at an angle. A lamp that subtends a
+/// sixteenth of the floor's hemisphere hangs above it; further lights are added.
 fn seen(
     integrator: &str,
     material: &str,
@@ -51,7 +51,7 @@ fn seen(
     let (mut tables, surfaces) = compile(&scene, 1, 1).unwrap();
     add(&mut tables.lights);
     tables.lights.build_tree();
-    let world = World::new(&surfaces, Finder::Simple);
+    let world = World::new(&surfaces, AcceleratorChoice::Simple);
     let integrator = build(&scene.render, FilmOffset::Centre, Arc::new(tables), Arc::new(world));
     let (mut out, samples) = (Vec::new(), 20_000);
     let pixels = &[Pixel { index: 0, x: 0, y: 0 }];
@@ -70,25 +70,25 @@ const SUN: Distant = Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
 #[track_caller]
 fn agrees((mean, error): (f64, f64), expected: f64) {
     assert!((mean - expected).abs() <= 4.5 * error + 1e-5, "{mean} ± {error} is not {expected}");
-    // Or the test could not tell it from twice or half of what comes from infinity.
+    // Otherwise the test could not tell it from half or twice the light from infinity.
     assert!(error < 0.03 * expected, "{mean} ± {error}");
 }
 
 #[test]
-fn a_sky_that_is_sampled_lights_a_floor_as_the_environment_does() {
+fn a_sampled_sky_lights_a_floor_as_the_environment_does() {
     for level in Level::available() {
         for integrator in ["path", "path-naive", "whitted"] {
-            // The lamp hides a sixteenth of the sky, counted by cosines.
+            // The lamp occludes a sixteenth of the sky, weighted by cosine.
             agrees(
                 seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(SKY)),
                 0.5 * 2.0 * 15.0 / 16.0,
             );
             let lit = 0.5 * (2.0 * 15.0 / 16.0 + 10.0 / 16.0);
             agrees(seen(integrator, MATTE, 10.0, level, |lights| _ = lights.push(SKY)), lit);
-            // In a mirror nothing but the escaping ray finds it.
+            // In a mirror, only the escaping ray finds the sky.
             agrees(seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SKY)), 0.5 * 2.0);
         }
-        // Two skies are one of the sum of their radiances.
+        // Two skies add their radiances.
         let two = |lights: &mut LightTable| {
             lights.push(SKY);
             lights.push(Sky { radiance: [1.0; 3] });
@@ -103,10 +103,10 @@ fn a_sun_lights_a_floor_by_its_cosine() {
     for level in Level::available() {
         for integrator in ["path", "path-naive", "whitted"] {
             agrees(seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(SUN)), expected);
-            // No ray finds it.
+            // No ray hits the sun.
             let (mean, _) = seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SUN));
             assert_eq!(mean, 0.0);
-            // What stands before it takes all of it, however near that is.
+            // An occluder blocks all of it at any distance.
             let behind = Distant { towards: [0.0, 0.0, 1.0], ..SUN };
             let (mean, _) = seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(behind));
             assert_eq!(mean, 0.0);

@@ -1,4 +1,4 @@
-//! The vertices of paths, one path in each lane: the state of the path, the surface that it meets, and its next ray.
+//! The vertices of paths, one path per lane: the state of the path, the surface that it hits, and its next ray.
 
 use super::interiors::{self, MOST_HOLES, Surroundings};
 use super::observe::{Event, Observer, rgb, vec3};
@@ -8,8 +8,8 @@ use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, value};
 use crate::sampling::{PathId, VertexBlock};
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 
-/// The scene and the settings, which all paths share.
-pub(crate) struct View<'a> {
+/// The scene and the settings, shared by all paths.
+pub(crate) struct TraceContext<'a> {
     pub scene: &'a CompiledScene,
     pub world: &'a World,
     pub settings: &'a Settings,
@@ -20,33 +20,33 @@ pub(crate) struct View<'a> {
 pub(crate) struct State<F: Float> {
     pub id: PathId<F>,
     pub ray: Ray<F>,
-    /// Bounces so far.
+    /// Number of bounces so far.
     pub depth: F::Uint,
-    /// Product of f·|cos θ|/pdf so far.
+    /// Throughput: the product of f·|cos θ|/pdf so far.
     pub beta: Rgb<F>,
-    /// Radiance found so far.
+    /// Radiance gathered so far.
     pub l: Rgb<F>,
-    /// The vertex that the ray left.
-    pub departure: Departure<F>,
+    /// The vertex at the ray's origin.
+    pub previous: PreviousVertex<F>,
 }
 
-/// The vertex that the ray left, as far as the weight of a light that it meets depends on it.
+/// The properties of the vertex at the ray's origin that MIS weights depend on.
 #[derive(Clone, Copy)]
-pub(crate) struct Departure<F> {
+pub(crate) struct PreviousVertex<F> {
     pub p: Vec3<F>,
     pub n: Vec3<F>,
-    /// Density of the direction by solid angle; zero where sampling lights could not have found it.
+    /// Density of the direction by solid angle, in 1/sr; zero where light sampling could not have found it.
     pub pdf: F,
-    /// Product of (η transmitted/η incident)² along the path: radiance scales with it, the
-    /// contribution of the path to the picture does not.
+    /// Product of (η transmitted/η incident)² along the path. Radiance scales with it; the path's contribution to the
+    /// image does not.
     pub eta_scale: F,
 }
 
-impl<F: Float> Departure<F> {
-    /// That of a ray that leaves the camera.
+impl<F: Float> PreviousVertex<F> {
+    /// The vertex of a ray that leaves the camera.
     #[inline(always)]
-    pub(super) fn camera() -> Departure<F> {
-        Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
+    pub(super) fn camera() -> PreviousVertex<F> {
+        PreviousVertex { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
     }
 }
 
@@ -55,58 +55,58 @@ impl<F: Float> State<F> {
     #[inline(always)]
     pub(crate) fn start(id: PathId<F>, ray: Ray<F>) -> State<F> {
         let (beta, l) = (Rgb::splat([1.0; 3]), Rgb::black());
-        State { id, ray, depth: F::Uint::splat(0), beta, l, departure: Departure::camera() }
+        State { id, ray, depth: F::Uint::splat(0), beta, l, previous: PreviousVertex::camera() }
     }
 }
 
-value!(State { id, ray, depth, beta, l, departure });
-value!(Departure { p, n, pdf, eta_scale });
+value!(State { id, ray, depth, beta, l, previous });
+value!(PreviousVertex { p, n, pdf, eta_scale });
 
-/// A point where a path met a surface.
+/// A vertex where a path hits a surface.
 #[derive(Clone, Copy)]
 pub(super) struct Vertex<F: Float> {
-    /// The lanes that met one.
+    /// The lanes with a hit.
     pub met: F::Mask,
     pub hit: Hit<F>,
     pub at: Interaction<F>,
     /// Radiance emitted back along the ray.
     pub emitted: Rgb<F>,
-    /// The lanes that go through a hole there.
+    /// The lanes that pass through a hole.
     pub holes: F::Mask,
 }
 
 value!(Vertex { met, hit, at, emitted, holes });
 value!(Scattering { local, frame, wo });
 
-/// The block of the numbers that decide what a path meets next.
+/// The block of random numbers that resolve the material of the next hit.
 #[inline(always)]
-pub(super) fn meeting<F: Float>(state: &State<F>, around: &impl Surroundings<F>) -> F::Uint {
-    VertexBlock::MEETING.at::<F>(state.depth + around.get().holes)
+pub(super) fn material_block<F: Float>(state: &State<F>, around: &impl Surroundings<F>) -> F::Uint {
+    VertexBlock::MATERIAL.at::<F>(state.depth + around.get().holes)
 }
 
-/// The interactions of paths with the surfaces that they hit, in the lanes of `met`, and the lanes that go through a hole
-/// there instead.
+/// The interactions of paths with the surfaces that they hit, in the lanes of `met`, and the lanes that pass through a
+/// hole instead.
 #[inline(always)]
-pub(super) fn meet<F: Float>(
-    view: &View<'_>,
+pub(super) fn resolve_hit<F: Float>(
+    context: &TraceContext<'_>,
     state: &State<F>,
     around: &impl Surroundings<F>,
     hit: &Hit<F>,
     met: F::Mask,
     uv: Uv,
 ) -> (Interaction<F>, F::Mask) {
-    let (scene, none) = (view.scene, F::Mask::splat(false));
+    let (scene, none) = (context.scene, F::Mask::splat(false));
     let at = scene.interaction(&state.ray, hit, met, uv);
     if !scene.materials.is_walked() {
         return (at, none);
     }
     let mut numbers = [F::zero(); 2];
-    if scene.materials.takes_chances() {
-        let (path, block) = (state.id, meeting(state, around));
+    if scene.materials.is_stochastic() {
+        let (path, block) = (state.id, material_block(state, around));
         numbers = F::out_of_line(
             #[inline(always)]
             move || {
-                let [mix, hole, ..] = view.settings.sampler.draw(path, block);
+                let [mix, hole, ..] = context.settings.sampler.draw(path, block);
                 [mix, hole]
             },
         );
@@ -124,15 +124,15 @@ impl<F: Float> Vertex<F> {
     /// The vertices at the hits of paths' rays, in the lanes of `met`.
     #[inline(always)]
     pub(super) fn new(
-        view: &View<'_>,
+        context: &TraceContext<'_>,
         state: &State<F>,
         around: &impl Surroundings<F>,
         hit: Hit<F>,
         met: F::Mask,
         observer: &mut Observer<'_>,
     ) -> Self {
-        let scene = view.scene;
-        let (at, holes) = meet(view, state, around, &hit, met, Uv::WherePatterned);
+        let scene = context.scene;
+        let (at, holes) = resolve_hit(context, state, around, &hit, met, Uv::IfTextured);
         let emitted = scene.emitted(&at);
         observer.event::<F>(|| Event::Hit {
             distance: hit.t.first(),
@@ -146,15 +146,15 @@ impl<F: Float> Vertex<F> {
     }
 }
 
-/// The radiance of each path, with that of the environment and of lights at infinity where its ray leaves the scene.
-/// `weight` gives the weight of each light at infinity, from the ray's departure and the density with which the light
-/// would have been sampled.
+/// The radiance of each path, including that of the environment and of lights at infinity where its ray leaves the
+/// scene. `weight` returns the MIS weight of a light at infinity from the previous vertex and the density of light
+/// sampling.
 #[inline(always)]
 pub(super) fn escape<F: Float>(
-    view: &View<'_>,
+    context: &TraceContext<'_>,
     state: &State<F>,
     escaped: F::Mask,
-    weight: impl Fn(&Departure<F>, F) -> F,
+    weight: impl Fn(&PreviousVertex<F>, F) -> F,
     observer: &mut Observer<'_>,
 ) -> Rgb<F> {
     F::branch(
@@ -162,10 +162,10 @@ pub(super) fn escape<F: Float>(
         state.l,
         #[inline(always)]
         || {
-            let radiance = view.scene.lights.escaped(
+            let radiance = context.scene.lights.escaped(
                 state.ray.d,
                 #[inline(always)]
-                |pdf| weight(&state.departure, pdf),
+                |pdf| weight(&state.previous, pdf),
             );
             observer.event::<F>(|| Event::Escape { radiance: rgb(radiance) });
             state.l + state.beta * radiance
@@ -176,10 +176,10 @@ pub(super) fn escape<F: Float>(
 /// The BSDF at a vertex, and its frame.
 #[derive(Clone, Copy)]
 pub(super) struct Scattering<F: Float> {
-    /// What the BSDF is made of.
+    /// The parameters of the BSDF.
     local: Local<F>,
     pub frame: Frame<F>,
-    /// Towards the last vertex, in the frame.
+    /// The direction towards the previous vertex, in the frame.
     pub wo: Vec3<F>,
 }
 
@@ -203,8 +203,8 @@ impl<F: Float> Scattering<F> {
     }
 }
 
-/// Sends paths on in directions drawn from their BxDFs, with the weights of the draw. Returns the lanes
-/// whose throughput is now zero.
+/// Continues paths in directions sampled from their BxDFs, with the samples' weights. Returns the lanes whose
+/// throughput is now zero.
 #[inline(always)]
 pub(super) fn go_on<F: Float>(
     scene: &CompiledScene,
@@ -215,12 +215,12 @@ pub(super) fn go_on<F: Float>(
     observer: &mut Observer<'_>,
 ) -> F::Mask {
     let d = scattering.frame.to_world(scattered.wi);
-    // One Newton step towards length one: rounding would otherwise add up over many bounces.
+    // One Newton step towards unit length: rounding errors would otherwise accumulate over many bounces.
     let d = d * ((-d.dot(d) + 3.0) * 0.5);
     state.beta = state.beta * scattered.weight.only(scene.passes(at, d, scattered.wi));
     state.ray = at.scattered(d);
     state.depth = state.depth + F::Uint::splat(1);
-    // A path of zero throughput ends; NaN is not zero, and goes on to be counted.
+    // A path of zero throughput ends; NaN is not zero, and continues so that it is counted.
     let beta = state.beta;
     let bits = beta.r.to_bits() | beta.g.to_bits() | beta.b.to_bits();
     let nothing = (bits & F::Uint::splat(0x7fff_ffff)).eq(F::Uint::splat(0));
@@ -230,10 +230,7 @@ pub(super) fn go_on<F: Float>(
         throughput: rgb(beta),
     });
     if observer.listens::<F>() && nothing.first() {
-        observer.event::<F>(|| Event::End {
-            reason: "nothing is left of the throughput",
-            radiance: rgb(state.l),
-        });
+        observer.event::<F>(|| Event::End { reason: "the throughput is zero", radiance: rgb(state.l) });
     }
     nothing
 }

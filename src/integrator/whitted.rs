@@ -1,4 +1,4 @@
-//! Ray tracing as in the report's chapter 2.
+//! Whitted ray tracing, as in the report's chapter 2.
 
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
@@ -6,7 +6,7 @@ use super::holes::seen_through;
 use super::interiors::{self, Around};
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
-use super::vertex::{State, View, meet};
+use super::vertex::{State, TraceContext, resolve_hit};
 use crate::camera::Camera;
 use crate::material::{self, Bxdf, Local, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
@@ -17,12 +17,12 @@ use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 use rand::RngExt;
 use std::sync::Arc;
 
-/// Direct light on matte surfaces, perfect reflection and refraction followed, and an ambient term for the rest
-/// (Whitted 1980; report ch. 2).
+/// Direct light on matte surfaces, perfect reflection and refraction, and an ambient term for everything else (Whitted
+/// 1980; report ch. 2).
 ///
-/// At each matte hit every lamp is sampled once, those of finite area at a random point. A mesh that emits is one lamp
-/// if it has many triangles (see [`crate::light::LEAST_TRIANGLES`]), and one lamp a triangle if it has few. At glass
-/// both branches are followed. Emitters of infinite area are visible but light no surface.
+/// Each matte hit samples every light once, area lights at a random point. A mesh that emits is one light if it has
+/// many triangles (see [`crate::light::LEAST_TRIANGLES`]), and otherwise one light per triangle. At glass both branches
+/// are followed. Emitters of infinite area are visible but illuminate no surface.
 pub struct Whitted {
     /// The scene's tables.
     pub scene: Arc<CompiledScene>,
@@ -30,11 +30,11 @@ pub struct Whitted {
     pub world: Arc<World>,
     /// Film, sampler and depth.
     pub settings: Settings,
-    /// The seed of the points on lights.
+    /// The seed of the random points on lights.
     pub seed: u32,
 }
 
-/// A branch to follow: a ray, its throughput, its bounces so far, and its surroundings.
+/// A branch to follow: its ray, throughput, number of bounces, and surroundings.
 type Branch = (Ray<f32>, Rgb<f32>, u32, Around<f32>);
 
 impl Integrator for Whitted {
@@ -52,7 +52,7 @@ impl Integrator for Whitted {
                 let observer = &mut Observer::none();
                 let sample = self.trace_one(pixel, sample, &mut stack, &mut rays, stop, observer);
                 if stop() {
-                    // It may have been given up.
+                    // Tracing may have been stopped.
                     return None;
                 }
                 out.finished.push(Finished { slot: slot as u32, sample });
@@ -62,8 +62,8 @@ impl Integrator for Whitted {
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
-        let view = View { scene: &self.scene, world: &self.world, settings: &self.settings };
-        dispatch(level, FirstHits { view, paths, out });
+        let context = TraceContext { scene: &self.scene, world: &self.world, settings: &self.settings };
+        dispatch(level, FirstHits { context, paths, out });
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
@@ -106,8 +106,8 @@ impl Whitted {
         Sample { pixel: pixel.index, sample, x, y, radiance: [l.r, l.g, l.b] }
     }
 
-    /// The radiance that a branch adds to the sample; pushes the branches that it splits into. `holes` counts those that
-    /// the sample has gone through.
+    /// The radiance that a branch adds to the sample. Pushes the branches that it splits into. `holes` counts the holes
+    /// that the sample has passed.
     #[allow(
         clippy::too_many_arguments,
         reason = "they are what a sample keeps while its branches are followed"
@@ -132,10 +132,10 @@ impl Whitted {
             observer.event::<f32>(|| Event::Escape { radiance: rgb(radiance) });
             return beta * radiance;
         }
-        let view = View { scene, world: &self.world, settings: &self.settings };
+        let context = TraceContext { scene, world: &self.world, settings: &self.settings };
         let state = State { depth: Wrapping(depth), ..State::start(id, ray) };
         let around = Around { holes: Wrapping(*holes), ..around };
-        let lit = Lit::new(&view, &state, around, &hit);
+        let lit = Lit::new(&context, &state, around, &hit);
         let Lit { at, emitted, local, wo, .. } = lit;
         let bsdf = scene.materials.bsdf_of(local);
         let point = &at.point;
@@ -159,16 +159,17 @@ impl Whitted {
         if lit.has_non_delta {
             l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
-                for lamp in scene.lights.lamps() {
-                    let (light, chance) = lamp.choose(point.p, point.n, || stream.random());
+                for lamp in scene.lights.emitters() {
+                    let (light, pmf) = lamp.choose(point.p, point.n, || stream.random());
                     let u = [stream.random(), stream.random()];
-                    let asked = lit.share_of(scene, Wrapping(light), chance, u);
-                    let Asked { share, shadow, end, possible } = asked;
+                    let lamp_sample = lit.share_of(scene, Wrapping(light), pmf, u);
+                    let LampSample { share, shadow, end, possible } = lamp_sample;
                     if possible {
                         *rays += 1;
-                        let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
-                        let hidden = self.world.occluded(&shadow, end, true, past_triangles);
-                        let added = if hidden { asked.through(&view, &state, &lit.around) } else { share };
+                        let ignores_meshes = scene.lights.is_convex_emitter::<f32>(Wrapping(light));
+                        let hidden = self.world.occluded(&shadow, end, true, ignores_meshes);
+                        let added =
+                            if hidden { lamp_sample.through(&context, &state, &lit.around) } else { share };
                         observer
                             .event::<f32>(|| Event::Light { direction: vec3(shadow.d), added: rgb(added) });
                         l = l + added;
@@ -178,11 +179,13 @@ impl Whitted {
         }
         if lit.has_delta && depth < self.settings.max_depth {
             if lit.transmits && !lit.has_non_delta {
-                for material::Branch { wi, weight, chance } in bsdf.branches(wo, TransportMode::Radiance) {
-                    // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
+                for material::Branch { wi, weight, probability } in bsdf.branches(wo, TransportMode::Radiance)
+                {
+                    // The number of branches doubles with each bounce, so branches below the rounding error of white
+                    // are cut.
                     let branch = lit.spawn(scene, wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;
-                    if chance > 0.0 && matters && branch.passes {
+                    if probability > 0.0 && matters && branch.passes {
                         stack.push((branch.ray, beta * weight, depth + 1, branch.around));
                     }
                 }
@@ -190,7 +193,7 @@ impl Whitted {
                 let (u, lobe) = ([stream.random(), stream.random()], stream.random());
                 let sample = bsdf.sample(wo, u, lobe, TransportMode::Radiance);
                 let branch = lit.spawn(scene, sample.wi);
-                // Of a surface with other lobes, too, only the delta ones are followed.
+                // On surfaces with other lobes, too, only the delta lobes are followed.
                 let is_delta = sample.delta || !lit.has_non_delta;
                 if is_delta && branch.passes {
                     stack.push((branch.ray, beta * sample.weight, depth + 1, branch.around));
@@ -201,52 +204,52 @@ impl Whitted {
     }
 }
 
-/// A point that a ray met, and all that is asked of it.
+/// A hit point with the inputs of its shading.
 #[derive(Clone, Copy)]
 pub(crate) struct Lit<F: Float> {
     pub(crate) at: Interaction<F>,
     /// Radiance emitted back along the ray.
     emitted: Rgb<F>,
-    /// What the BSDF is made of.
+    /// The parameters of the BSDF.
     pub(crate) local: Local<F>,
     pub(crate) frame: Frame<F>,
-    /// The way back along the ray, in the frame.
+    /// The direction back along the ray, in the frame.
     pub(crate) wo: Vec3<F>,
     has_non_delta: F::Mask,
     has_delta: F::Mask,
     transmits: F::Mask,
-    /// Whether the surface is none: see `interiors.rs`.
+    /// Whether the ray passes straight through the surface: see `interiors.rs`.
     pub(crate) is_none: F::Mask,
-    /// Whether the ray goes through a hole there.
+    /// Whether the ray passes through a hole.
     pub(crate) is_hole: F::Mask,
     around: Around<F>,
 }
 
 value!(Lit { at, emitted, local, frame, wo, has_non_delta, has_delta, transmits, is_none, is_hole, around });
 
-/// The light of one lamp.
+/// A sample of one light.
 #[derive(Clone, Copy)]
-pub(crate) struct Asked<F: Float> {
-    /// Radiance that is sent back along the ray, unless something hides the lamp.
+pub(crate) struct LampSample<F: Float> {
+    /// Radiance sent back along the ray if the light is not occluded.
     share: Rgb<F>,
-    /// The ray to the lamp.
+    /// The shadow ray to the light.
     shadow: Ray<F>,
-    /// The distance along it up to which a hit hides the lamp.
+    /// The distance along it before which a hit occludes the light.
     end: F,
-    /// Whether there is any.
+    /// Whether the sample can contribute.
     possible: F::Mask,
 }
 
-value!(Asked { share, shadow, end, possible });
+value!(LampSample { share, shadow, end, possible });
 
-impl<F: Float> Asked<F> {
-    /// What comes through holes of the surfaces that hide the lamp.
-    pub(crate) fn through(&self, view: &View<'_>, state: &State<F>, around: &Around<F>) -> Rgb<F> {
-        if !view.scene.materials.has_holes() {
+impl<F: Float> LampSample<F> {
+    /// The light that arrives through holes of the surfaces between the point and the light.
+    pub(crate) fn through(&self, context: &TraceContext<'_>, state: &State<F>, around: &Around<F>) -> Rgb<F> {
+        if !context.scene.materials.has_holes() {
             return Rgb::black();
         }
         let (all, none) = (F::Mask::splat(true), F::Mask::splat(false));
-        self.share * seen_through(view, state, around, &self.shadow, self.end, all, none)
+        self.share * seen_through(context, state, around, &self.shadow, self.end, all, none)
     }
 }
 
@@ -254,7 +257,7 @@ impl<F: Float> Asked<F> {
 #[derive(Clone, Copy)]
 pub(crate) struct Spawned<F: Float> {
     pub(crate) ray: Ray<F>,
-    /// See [`CompiledScene::passes`]; of a branch that goes straight on, whether it does.
+    /// See [`CompiledScene::passes`]; for a branch that continues straight on, whether it does.
     pub(crate) passes: F::Mask,
     pub(crate) around: Around<F>,
 }
@@ -262,10 +265,10 @@ pub(crate) struct Spawned<F: Float> {
 value!(Spawned { ray, passes, around });
 
 impl<F: Float> Lit<F> {
-    /// The point that the ray of a branch met in its surroundings.
-    pub(crate) fn new(view: &View<'_>, state: &State<F>, around: Around<F>, hit: &Hit<F>) -> Self {
-        let (scene, ray, all) = (view.scene, &state.ray, F::Mask::splat(true));
-        let (at, is_hole) = meet(view, state, &around, hit, all, Uv::WherePatterned);
+    /// The hit point of a branch's ray, with its surroundings.
+    pub(crate) fn new(context: &TraceContext<'_>, state: &State<F>, around: Around<F>, hit: &Hit<F>) -> Self {
+        let (scene, ray, all) = (context.scene, &state.ray, F::Mask::splat(true));
+        let (at, is_hole) = resolve_hit(context, state, &around, hit, all, Uv::IfTextured);
         let (around, is_none) = interiors::at_surface(scene, around, &at, !is_hole);
         let bsdf = interiors::bsdf(scene, &at, &around);
         let frame = scene.scattering_frame(&at, ray, &bsdf);
@@ -284,16 +287,16 @@ impl<F: Float> Lit<F> {
         }
     }
 
-    /// The light that comes by way of the point from a lamp's light, which was chosen with a chance.
-    pub(crate) fn share_of(&self, scene: &CompiledScene, light: F::Uint, chance: F, u: [F; 2]) -> Asked<F> {
+    /// The light of a light sample, chosen with a given probability.
+    pub(crate) fn share_of(&self, scene: &CompiledScene, light: F::Uint, pmf: F, u: [F; 2]) -> LampSample<F> {
         let sample = scene.lights.sample(light, self.at.point.p, u);
         let wi = self.frame.to_local(sample.wi);
         let f = scene.materials.bsdf_of(self.local).eval(self.wo, wi, TransportMode::Radiance);
-        let share = f * sample.weight() * (wi.z.abs() / chance);
+        let share = f * sample.weight() * (wi.z.abs() / pmf);
         let possible = share.max_channel().gt(F::zero()) & scene.passes(&self.at, sample.wi, wi);
         let (shadow, end) = self.at.shadow(&sample);
-        let share = interiors::faded(scene, &self.around, &self.at, sample.wi, end, share);
-        Asked { share, shadow, end, possible }
+        let share = interiors::attenuated(scene, &self.around, &self.at, sample.wi, end, share);
+        LampSample { share, shadow, end, possible }
     }
 
     /// A branch in a direction of the frame.
@@ -304,7 +307,7 @@ impl<F: Float> Lit<F> {
         Spawned { ray, passes: scene.passes(&self.at, ray.d, wi), around }
     }
 
-    /// The branch that the ray is beyond a surface that is none, or beyond a hole.
+    /// The branch that continues straight on, beyond a surface that is no interface or through a hole.
     pub(crate) fn pass_on(&self, ray: &Ray<F>) -> Spawned<F> {
         let (around, passes) = interiors::straight_on(self.around, self.is_none, self.is_hole);
         Spawned { ray: self.at.straight_on(ray), passes, around }

@@ -1,4 +1,4 @@
-//! Surfaces that emit, whatever their shape.
+//! Light-emitting surfaces, independent of their shape.
 
 use super::columns::LaneLights;
 use super::sample::EmittedRay;
@@ -6,26 +6,26 @@ use crate::math::{Float, Frame, Ray, Rgb, Vec3};
 use crate::sampling::warp;
 use crate::shape::POSITION_ERROR;
 
-/// A surface of finite area that emits the same radiance from every point of one side, in every direction.
+/// A surface of finite area that emits the same radiance from every point of one side in every direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight<S> {
     /// The surface.
     pub shape: S,
-    /// Whether the side that emits is the inward one.
+    /// Whether the emitting side is the inward one.
     pub flipped: bool,
     /// Radiance in W·m⁻²·sr⁻¹.
     pub emission: [f32; 3],
 }
 
 impl<S> AreaLight<S> {
-    /// The normal of the side that emits, from the surface's own.
+    /// The normal of the emitting side, given that of the surface.
     pub(super) fn facing(&self, normal: [f32; 3]) -> [f32; 3] {
         normal.map(|x| if self.flipped { -x } else { x })
     }
 }
 
-/// A ray from a point that was drawn uniformly by area, in a direction drawn by its cosine about the normal `n` of the
-/// side that emits.
+/// A ray from a point sampled uniformly by area, in a cosine-distributed direction about the normal `n` of the emitting
+/// side.
 #[inline(always)]
 pub(super) fn emit<F: Float>(
     lights: &LaneLights<'_, F>,

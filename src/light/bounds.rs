@@ -1,4 +1,4 @@
-//! Bounds of lights and of groups of lights: their places, their power, and the directions of their light.
+//! Bounds of lights and of groups of lights: their position, power and directions of emission.
 
 use std::f64::consts::PI;
 
@@ -6,28 +6,28 @@ use std::f64::consts::PI;
 /// Adaptive Tree Splitting", §4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
-    /// Least corner of the box around them.
+    /// The lower corner of their bounding box.
     pub lo: [f32; 3],
-    /// Greatest corner.
+    /// The upper corner.
     pub hi: [f32; 3],
-    /// Mean of their points, weighted by power.
+    /// The mean position of their points, weighted by power.
     pub mean: [f64; 3],
-    /// Mean squared distance from there, weighted by power.
+    /// The mean squared distance from there, weighted by power.
     pub spread: f64,
-    /// Power in W, the mean of the channels. In double precision, as the sizes and radiances of scenes have no common
-    /// scale.
+    /// Power in W, averaged over the channels. In double precision, because the sizes and radiances of scenes have no
+    /// common scale.
     pub power: f64,
     /// The number of their mesh, if all are triangles of the same one.
     pub mesh: Option<u32>,
-    /// Axis of the cone of their normals, of length one.
+    /// The axis of the cone of their normals, of length one.
     pub axis: [f32; 3],
-    /// Cosine of the cone's half angle θₒ: every normal is within it.
+    /// The cosine of the cone's half angle θₒ, which contains all normals.
     pub cos_o: f32,
-    /// Cosine of θₑ: light leaves at most this far from a normal.
+    /// The cosine of θₑ, the largest angle between a normal and a direction of emission.
     pub cos_e: f32,
 }
 
-/// Bounds without power or extent, of light in all directions.
+/// Bounds without power or extent, with emission in all directions.
 impl Default for LightBounds {
     fn default() -> LightBounds {
         LightBounds {
@@ -49,7 +49,7 @@ pub(super) fn grey(c: [f32; 3]) -> f64 {
     c.into_iter().map(f64::from).sum::<f64>() / 3.0
 }
 
-/// The squared distance of two points.
+/// The squared distance between two points.
 pub(super) fn distance2(a: [f64; 3], b: [f64; 3]) -> f64 {
     [0, 1, 2].map(|c| (a[c] - b[c]) * (a[c] - b[c])).iter().sum()
 }
@@ -59,7 +59,7 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 impl LightBounds {
-    /// The radius of a ball about the mean that holds them all.
+    /// The radius of a ball around the mean that contains all of them.
     pub fn radius(&self) -> f64 {
         let reach = [0, 1, 2].map(|c| {
             let (lo, hi) = (f64::from(self.lo[c]), f64::from(self.hi[c]));
@@ -68,11 +68,11 @@ impl LightBounds {
         distance2(reach, [0.0; 3]).sqrt()
     }
 
-    /// Bounds of both.
+    /// The bounds of both.
     pub fn union(&self, other: &LightBounds) -> LightBounds {
         let (axis, cos_o) = cone_union((self.axis, self.cos_o), (other.axis, other.cos_o));
         let power = self.power + other.power;
-        // Of two groups without power each counts as half.
+        // Two groups without power have equal weights.
         let share = if power > 0.0 { other.power / power } else { 0.5 };
         let between = distance2(self.mean, other.mean);
         LightBounds {
@@ -89,7 +89,7 @@ impl LightBounds {
     }
 
     /// The cost of one side of a split: power times spread, so that lights that are near each other stay together,
-    /// times the solid angle lit (ibid., §4.4, which uses the area of the box instead of the spread).
+    /// times the solid angle of emission (ibid., §4.4, which uses the area of the box instead of the spread).
     pub fn cost(&self) -> f64 {
         let (cos_o, cos_e) = (f64::from(self.cos_o), f64::from(self.cos_e));
         let theta_o = libm::acos(cos_o.clamp(-1.0, 1.0));
@@ -105,7 +105,7 @@ impl LightBounds {
 
 type DirectionCone = ([f32; 3], f32);
 
-/// A cone around two cones (axis, cosine of the half angle).
+/// A cone that contains two cones (axis, cosine of the half angle).
 fn cone_union(a: DirectionCone, b: DirectionCone) -> DirectionCone {
     let (wide, narrow) = if a.1 <= b.1 { (a, b) } else { (b, a) };
     let theta_a = libm::acosf(wide.1.clamp(-1.0, 1.0));
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cone_around_two_cones_holds_their_axes() {
+    fn a_cone_around_two_cones_contains_their_axes() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.6, 0.8], [-1.0, 0.0, 0.0], [0.6, 0.0, -0.8]];
         for a in axes {
             for b in axes {
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_of_a_group_hold_its_members() {
+    fn bounds_of_a_group_contain_its_members() {
         let sphere = Sphere::new(glam::DVec3::new(1.0, 2.0, 3.0), 0.5);
         let a = of(sphere);
         let b = point([5.0, 0.0, 0.0], [2.0; 3]);
@@ -171,9 +171,9 @@ mod tests {
         assert_eq!(both.power, a.power + b.power);
     }
 
-    /// A group's moments are those of its lights' points, whatever the order in which they were joined.
+    /// A group's moments are those of its lights' points, in whatever order the lights were combined.
     #[test]
-    fn moments_of_a_group_are_those_of_its_points() {
+    fn moments_of_a_group_match_its_points() {
         let points: Vec<([f32; 3], f32)> =
             (0..7_u8).map(f32::from).map(|i| ([i * i, 3.0 - i, (i - 2.0) * (i - 5.0)], 1.0 + i)).collect();
         let lights: Vec<_> = points.iter().map(|&(at, power)| point(at, [power; 3])).collect();
@@ -195,9 +195,9 @@ mod tests {
         }
     }
 
-    /// The moments of surfaces, against the mean over a grid of points on them.
+    /// The moments of surfaces, compared with means over a grid of points on them.
     #[test]
-    fn moments_of_surfaces_are_those_of_their_points() {
+    fn moments_of_surfaces_match_their_points() {
         let [a, b, c] = [[1.0, 0.0, 2.0], [4.0, 1.0, 2.0], [0.0, 3.0, -1.0]];
         let d = [0, 1, 2].map(|i| b[i] + c[i] - a[i]);
         let triangle = flat::bounds(&[a, b, c], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);

@@ -1,4 +1,4 @@
-//! The rows of lights, stored by columns, so that each lane can look up a light of its own.
+//! The rows of lights, stored by columns, in which each lane can look up a light of its own.
 
 use crate::math::{Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3, push3};
 use crate::sampling::Grids;
@@ -10,40 +10,41 @@ use std::sync::Arc;
 /// The row of a light in a [`LightTable`](super::LightTable). Fields that its kind does not use are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightRow {
-    /// Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.
+    /// The position of a point, the centre of a sphere or disk, a corner of a quad or triangle, or one end of a
+    /// cylinder's axis.
     pub origin: [f32; 3],
-    /// First edge of a quad or triangle, from the corner; a radius of a disk; the direction of the middle of a picture at
-    /// infinity.
+    /// The first edge of a quad or triangle from the corner, a radius of a disk, or the direction of the central column
+    /// of an environment map.
     pub edge_u: [f32; 3],
-    /// Second edge; the radius at a right angle; a cylinder's axis from end to end; the direction of the quarter left of
-    /// that middle.
+    /// The second edge, the radius perpendicular to the first, a cylinder's axis from end to end, or the direction of
+    /// the column a quarter of the map to the left of the centre.
     pub edge_v: [f32; 3],
-    /// Normal of the side of a quad, triangle or disk that emits; direction of a cylinder's axis, or of a spot's; the
-    /// direction to the middle of a light at infinity, or to the upper edge of a picture there.
+    /// The normal of the emitting side of a quad, triangle or disk, the direction of the axis of a cylinder or spot,
+    /// the direction to the centre of a light at infinity, or to the upper edge of an environment map.
     pub normal: [f32; 3],
-    /// Radius of a sphere or cylinder; 1 − cos of the half angle of a spot's cone, or of a disk at infinity; of a picture
-    /// at infinity the share of emitted rays that its grid draws.
+    /// The radius of a sphere or cylinder; 1 − cos of the half angle of a spot's cone or of a disk at infinity; for an
+    /// environment map, the fraction of emitted rays sampled by its grid.
     pub radius: f32,
-    /// Area of a surface.
+    /// The area of a surface.
     pub area: f32,
-    /// The surface's share of the error bound of a point on it.
+    /// The surface's contribution to the error bound of a point on it.
     pub error: f32,
-    /// Whether a surface emits against its own outward side.
+    /// Whether a surface emits on its inward side.
     pub inward: bool,
-    /// Whether a quad's sides meet at right angles.
+    /// Whether a quad's sides are perpendicular.
     pub square: bool,
-    /// Of a spot: the cosine less one, or the angle, of darkness,
+    /// For a spot: the value at which its intensity reaches zero, as the cosine minus one or as an angle.
     pub ramp_from: f32,
-    /// the slope of intensity by cosine or angle,
+    /// For a spot: the slope of the intensity by cosine or by angle.
     pub ramp_slope: f32,
-    /// and the number of its [`Falloff`](super::Falloff).
+    /// For a spot: the number of its [`Falloff`](super::Falloff).
     pub falloff: f32,
-    /// Of a quad that emits a texture, or of a picture at infinity: the texture,
+    /// For a textured quad or an environment map: the texture.
     pub texture: u32,
-    /// and where its grid begins.
+    /// For a textured quad or an environment map: the start of its grid.
     pub grid: u32,
-    /// Radiance; intensity of a point; irradiance by a light at infinity without a size; the factor of
-    /// a texture.
+    /// Radiance; intensity of a point light; irradiance of a light at infinity without a size; scale factor of a
+    /// texture.
     pub emission: [f32; 3],
 }
 
@@ -51,7 +52,7 @@ pub struct LightRow {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Columns {
     kind: Vec<u32>,
-    // As in a `LightRow`.
+    // See [`LightRow`].
     origin: [Vec<f32>; 3],
     edge_u: [Vec<f32>; 3],
     edge_v: [Vec<f32>; 3],
@@ -71,11 +72,11 @@ pub(super) struct Columns {
     emission: [Vec<f32>; 3],
     /// Bit `k` is set if some light is of kind `k`.
     kinds: u32,
-    /// Centre and radius of a ball around the scene.
+    /// The centre and radius of a ball around the scene.
     extent: ([f32; 3], f32),
-    /// Those that lights emit.
+    /// The textures that lights emit.
     pub(super) textures: Arc<TextureTable>,
-    /// Those by which points of them are drawn.
+    /// The grids by which points of textures are sampled.
     pub(super) grids: Grids,
 }
 
@@ -118,7 +119,7 @@ impl Columns {
         self.kinds |= 1 << kind;
     }
 
-    /// Gives all columns to a reader.
+    /// Visits all columns.
     pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let Columns {
             kind,
@@ -160,12 +161,12 @@ impl Columns {
         reader.vectors("emission", emission);
     }
 
-    /// Says how far the scene reaches.
+    /// Sets the extent of the scene.
     pub(super) fn set_extent(&mut self, around: Bounds) {
         let Bounds { low, high } = around.grown(BOUNDS_ERROR);
         let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
         let (centre, radius) = ((wide(low) + wide(high)) / 2.0, wide(low).distance(wide(high)) / 2.0);
-        // Of nothing, and of what has no end, there is no ball.
+        // There is no ball around empty or infinite bounds.
         if radius.is_finite() {
             self.extent = (centre.to_array().map(|x| x as f32), radius as f32);
         }
@@ -176,7 +177,7 @@ impl Columns {
         &self.extent
     }
 
-    /// How many lights there are.
+    /// The number of lights.
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
         self.kind.len()
@@ -203,7 +204,7 @@ impl Columns {
     }
 }
 
-/// One light for each lane: its row, looked up where it is needed (see [`LightRow`]).
+/// One light per lane: its row, looked up on demand (see [`LightRow`]).
 #[derive(Clone, Copy)]
 pub struct LaneLights<'a, F: Float> {
     columns: &'a Columns,
@@ -214,7 +215,7 @@ pub struct LaneLights<'a, F: Float> {
 }
 
 impl<'a, F: Float> LaneLights<'a, F> {
-    /// The lights of these indices.
+    /// The lights with these indices.
     #[inline(always)]
     pub(super) fn new(columns: &'a Columns, light: F::Uint) -> Self {
         LaneLights {
@@ -225,7 +226,7 @@ impl<'a, F: Float> LaneLights<'a, F> {
         }
     }
 
-    /// The lights of these indices, at these origins. [`LaneLights::are`] keeps to the kinds of the former ones.
+    /// The lights with these indices, at these origins. [`LaneLights::are`] keeps to the kinds of the former ones.
     #[inline(always)]
     pub(super) fn of(&self, light: F::Uint, origin: Vec3<F>) -> Self {
         LaneLights { light, origin, ..*self }
@@ -237,13 +238,13 @@ impl<'a, F: Float> LaneLights<'a, F> {
         self.columns.has(kind)
     }
 
-    /// Whether there are lights of any of these kinds, which are bits.
+    /// Whether there are lights of any of these kinds, given as bits.
     #[inline(always)]
     pub(super) fn has_any(&self, kinds: u32) -> bool {
         self.columns.kinds & kinds != 0
     }
 
-    /// The lanes whose light is of this kind or of one after it.
+    /// The lanes whose light is of this kind or a later one.
     #[inline(always)]
     pub(super) fn are_from(&self, kind: u32) -> F::Mask {
         !self.kind.lt(F::Uint::splat(kind))
@@ -255,8 +256,8 @@ impl<'a, F: Float> LaneLights<'a, F> {
         self.kind.eq(F::Uint::splat(kind))
     }
 
-    /// Centre and radius of a ball around all surfaces of the scene that are bounded, for lights at infinity. The radius
-    /// is zero if there is no such surface.
+    /// The centre and radius of a ball around all bounded surfaces of the scene, for lights at infinity. The radius is
+    /// zero if there are none.
     #[inline(always)]
     pub fn extent(&self) -> (Vec3<F>, F) {
         let (centre, radius) = &self.columns.extent;
@@ -339,7 +340,7 @@ impl<'a, F: Float> LaneLights<'a, F> {
         &self.columns.textures
     }
 
-    /// The grids by which points of textures are drawn.
+    /// The grids by which points of textures are sampled.
     #[inline(always)]
     pub fn grids(&self) -> &'a Grids {
         &self.columns.grids

@@ -1,4 +1,4 @@
-//! Light from infinity in one direction, as of the sun.
+//! Parallel or nearly parallel light from infinity, such as that of the sun.
 
 use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
@@ -12,19 +12,19 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 parameters! {
-    /// Light from infinity in one direction, as of the sun.
+    /// Light from infinity in one direction, such as that of the sun.
     pub struct DirectionalLightParameters: "directional", "a directional light" {
-        /// The direction in which the light goes, of any length.
+        /// The direction in which the light travels, of any length.
         direction: DVec3 = DIRECTION,
         /// Irradiance in W/m² on a surface that faces the light.
         irradiance: Colour = ParameterKind::Colour(RADIANCE),
-        /// The angle in degrees that the light fills in the sky, as a disk of the same radiance everywhere. Below 0.01
-        /// the light has no size: its shadows are sharp, and no path can hit it.
+        /// The angle in degrees that the light covers in the sky, as a disk of uniform radiance. Below 0.01 the light
+        /// has no size: its shadows are sharp, and no path can hit it.
         angular_diameter: f64 = ParameterKind::Number(Number::between(0.0, 180.0)) => "0",
     }
 }
 
-/// The least angular diameter of a disk in degrees: a narrower one has few directions in single precision.
+/// The smallest angular diameter of a disk in degrees: a narrower one contains few directions in single precision.
 const LEAST_DIAMETER: f64 = 0.01;
 
 impl LightParameters for DirectionalLightParameters {
@@ -33,7 +33,7 @@ impl LightParameters for DirectionalLightParameters {
         if self.angular_diameter < LEAST_DIAMETER {
             return lights.add(Distant { towards, irradiance: narrow(self.irradiance) });
         }
-        // 1 − cos r as 2·sin²(r/2), which does not cancel.
+        // 1 − cos r as 2·sin²(r/2), which avoids cancellation.
         let versine = 2.0 * libm::sin(self.angular_diameter.to_radians() / 4.0).powi(2);
         // E = π·L·sin²r.
         let radiance = self.irradiance.map(|e| e / (PI * versine * (2.0 - versine)));
@@ -44,9 +44,9 @@ impl LightParameters for DirectionalLightParameters {
 /// A light at infinity without a size. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distant {
-    /// The direction to it, of length one.
+    /// The direction to the light, of length one.
     pub towards: [f32; 3],
-    /// Irradiance in W/m² on a surface that faces it.
+    /// Irradiance in W/m² on a surface that faces the light.
     pub irradiance: [f32; 3],
 }
 
@@ -81,18 +81,18 @@ impl Light for Distant {
 
     #[inline(always)]
     fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, _, _]: [F; 4]) -> EmittedRay<F> {
-        EmittedRay::from_beyond(lights.extent(), -lights.normal(), emission, [a, b])
+        EmittedRay::from_infinity(lights.extent(), -lights.normal(), emission, [a, b])
     }
 }
 
-/// A disk of light at infinity, of the same radiance everywhere, sampled uniformly by solid angle.
+/// A disk at infinity of uniform radiance, sampled uniformly by solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistantDisk {
-    /// The direction to its middle, of length one.
+    /// The direction to its centre, of length one.
     pub towards: [f32; 3],
     /// 1 − cos of its angular radius.
     pub versine: f32,
-    /// Its radiance.
+    /// Its radiance in W·m⁻²·sr⁻¹.
     pub radiance: [f32; 3],
 }
 
@@ -140,7 +140,7 @@ impl Light for DistantDisk {
     #[inline(always)]
     fn escaped<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, d: Vec3<F>) -> Escaped<F> {
         let versine = lights.radius();
-        // |d − towards|² = 2·(1 − cos), which does not cancel where the disk is small.
+        // |d − towards|² = 2·(1 − cos), which avoids cancellation for a small disk.
         let off = d - lights.normal();
         let met = off.dot(off).le(versine * 2.0);
         Escaped { radiance: emission.only(met), pdf: warp::cone_pdf(versine).only(met) }
@@ -151,7 +151,7 @@ impl Light for DistantDisk {
         let d = -DistantDisk::direction(lights, [c, d]);
         EmittedRay {
             pdf_direction: warp::cone_pdf(lights.radius()),
-            ..EmittedRay::from_beyond(lights.extent(), d, emission, [a, b])
+            ..EmittedRay::from_infinity(lights.extent(), d, emission, [a, b])
         }
     }
 }

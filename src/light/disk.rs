@@ -1,4 +1,4 @@
-//! The emitting disk.
+//! The light-emitting disk.
 
 use super::area::AreaLight;
 use super::bounds::{LightBounds, grey};

@@ -1,4 +1,4 @@
-//! Code that flat surfaces that emit share.
+//! Common code of light-emitting flat surfaces.
 
 use super::area;
 use super::bounds::{LightBounds, distance2, grey};
@@ -13,7 +13,7 @@ pub(super) fn bounds(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission
     let bounds = Bounds::of(corners.iter().copied());
     let count = corners.len() as f64;
     let mean = [0, 1, 2].map(|c| corners.iter().map(|p| f64::from(p[c])).sum::<f64>() / count);
-    // The second moment of a triangle's area is a quarter of its corners', that of a parallelogram's a third.
+    // The second moment of a triangle is a quarter of that of its corners; of a parallelogram a third.
     let of_corners = corners.iter().map(|p| distance2(p.map(f64::from), mean)).sum::<f64>() / count;
     let share = if corners.len() == 3 { 1.0 / 4.0 } else { 1.0 / 3.0 };
     LightBounds {
@@ -28,8 +28,8 @@ pub(super) fn bounds(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission
     }
 }
 
-/// The point of a flat light at the shares `at` of its edges, seen from `p`. In the lanes of `own` its density is given
-/// there; in others `at` is uniform by area, and the density by solid angle is distance²/(cos θ·area).
+/// The point at the coordinates `at` along the edges of a flat light, seen from `p`. In the lanes of `own`, its density
+/// is given there. In others, `at` is uniform by area, and the density by solid angle is distance²/(cos θ·area).
 #[inline(always)]
 pub(super) fn sample<F: Float>(
     lights: &LaneLights<'_, F>,
@@ -45,7 +45,7 @@ pub(super) fn sample<F: Float>(
     let distance2 = to_light.dot(to_light);
     let wi = to_light * (F::splat(1.0) / distance2.sqrt());
     let cos = -wi.dot(normal);
-    let shines = cos.gt(F::zero());
+    let illuminates = cos.gt(F::zero());
     let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + lights.error();
     let mut pdf = distance2 / (cos * lights.area());
     if let Some((lanes, own)) = own {
@@ -54,14 +54,14 @@ pub(super) fn sample<F: Float>(
     LightSample {
         wi,
         target: on_light + normal * off,
-        radiance: emission.only(shines),
-        pdf: pdf.only(shines),
+        radiance: emission.only(illuminates),
+        pdf: pdf.only(illuminates),
         delta: F::Mask::splat(false),
         infinite: F::Mask::splat(false),
     }
 }
 
-/// A ray from the point at the shares `at` of the edges, where `at` is uniform by area.
+/// A ray from the point at the coordinates `at` along the edges, where `at` is uniform by area.
 #[inline(always)]
 pub(super) fn emit<F: Float>(
     lights: &LaneLights<'_, F>,

@@ -1,10 +1,10 @@
-//! The list of all kinds of lights, and the dispatch of lanes whose lights are of different kinds.
+//! The list of all kinds of lights, and the dispatch of lanes with lights of different kinds.
 
 use super::area::AreaLight;
 use super::columns::{Columns, LaneLights};
-use super::contract::{Light, Listed};
+use super::contract::{Light, ListedLight};
 use super::directional::{Distant, DistantDisk};
-use super::distant_picture::DistantPicture;
+use super::environment_map::EnvironmentMap;
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
 use super::spot::SpotLight;
@@ -13,8 +13,8 @@ use super::triangle::Triangle;
 use crate::math::{Float, Mask, Rgb, Vec3, function};
 use crate::shape::{Cylinder, Disk, Quad, Sphere};
 
-/// A function of a kind, which is a function of recorded programs too: its lights and further arguments are those of the
-/// call in parentheses.
+/// Calls a function of a kind as a function of recorded programs. The light and further arguments are those of the call
+/// in parentheses.
 macro_rules! of_kind {
     ($name:ident $function:literal, <$Type:ty>::$method:ident($lights:ident $(, $argument:ident)*)) => {{
         let (light, origin) = ($lights.light, $lights.origin);
@@ -25,8 +25,8 @@ macro_rules! of_kind {
     }};
 }
 
-/// A sample of the lights of a kind in their lanes, if a condition holds of it and the scene has some, and another one
-/// elsewhere.
+/// Samples the lights of a kind in their lanes, if a condition holds and the scene has lights of that kind;
+/// `$otherwise` in other lanes.
 macro_rules! sample_of {
     (
         $name:ident: $Type:ty, $condition:expr,
@@ -74,12 +74,12 @@ macro_rules! kinds {
             ];
         }
 
-        impl Listed for $First {
+        impl ListedLight for $First {
             const KIND: u32 = LightKind::$first as u32;
         }
         $(
             $(#[$attribute])*
-            impl Listed for $Type {
+            impl ListedLight for $Type {
                 const KIND: u32 = LightKind::$name as u32;
             }
         )+
@@ -96,14 +96,14 @@ macro_rules! kinds {
             any
         };
 
-        /// How many kinds are frequent: the first ones.
+        /// The number of frequent kinds, which are the first ones.
         const FREQUENT: u32 = {
             let mut frequent = 1;
             $(
                 $(#[$attribute])*
                 {
                     if <$Type>::IS_FREQUENT {
-                        assert!(frequent == <$Type>::KIND, "a frequent kind comes after one that is not");
+                        assert!(frequent == <$Type>::KIND, "frequent kinds must precede all others");
                         frequent += 1;
                     }
                 }
@@ -111,19 +111,19 @@ macro_rules! kinds {
             frequent
         };
 
-        /// The kinds that are not frequent, as bits.
+        /// The other kinds, as bits.
         const INFREQUENT: u32 = !((1 << FREQUENT) - 1);
 
         /// Whether rays that leave the scene see lights of a kind.
-        pub(super) fn are_seen(kind: u32) -> bool {
-            let mut seen = <$First>::INFINITE && !<$First>::DELTA && kind == <$First>::KIND;
+        pub(super) fn are_visible(kind: u32) -> bool {
+            let mut visible = <$First>::INFINITE && !<$First>::DELTA && kind == <$First>::KIND;
             $(
                 $(#[$attribute])*
                 {
-                    seen = seen || <$Type>::INFINITE && !<$Type>::DELTA && kind == <$Type>::KIND;
+                    visible = visible || <$Type>::INFINITE && !<$Type>::DELTA && kind == <$Type>::KIND;
                 }
             )+
-            seen
+            visible
         }
 
         /// The lanes whose lights are at infinity.
@@ -141,7 +141,7 @@ macro_rules! kinds {
             lanes
         }
 
-        /// See [`Light::sample`]. With `DELTA`, all lanes' lights are delta lights.
+        /// See [`Light::sample`]. With `DELTA`, the lights of all lanes are delta lights.
         #[inline(always)]
         pub(super) fn sample<F: Float, const DELTA: bool>(
             lights: &LaneLights<'_, F>,
@@ -188,7 +188,7 @@ macro_rules! kinds {
             sample
         }
 
-        /// See [`Light::pdf`]; `by_area` is the density of a point drawn uniformly by area.
+        /// See [`Light::pdf`]; `by_area` is the density of a point sampled uniformly by area.
         #[inline(always)]
         pub(super) fn pdf<F: Float>(
             lights: &LaneLights<'_, F>,
@@ -215,7 +215,7 @@ macro_rules! kinds {
             pdf
         }
 
-        /// See [`Light::escaped`]. All lanes' lights are of this kind, which is seen.
+        /// See [`Light::escaped`]. The lights of all lanes are of this kind, which such rays see.
         #[inline(always)]
         pub(super) fn escaped<F: Float>(
             kind: u32,
@@ -232,7 +232,7 @@ macro_rules! kinds {
                 }
             )+
             let _ = (kind, lights, emission, d);
-            Escaped::nothing()
+            Escaped::none()
         }
 
         /// See [`Light::emit`].
@@ -257,7 +257,7 @@ macro_rules! kinds {
     };
 }
 
-// The first kind is computed in all lanes, the others only where a lane has one. A new kind comes last.
+// The first kind is computed in all lanes, the others only if a lane has one. New kinds are appended.
 kinds! {
     Point: PointLight,
     Sphere: AreaLight<Sphere>,
@@ -269,7 +269,7 @@ kinds! {
     DistantDisk: DistantDisk,
     Spot: SpotLight,
     TexturedQuad: TexturedQuad,
-    DistantPicture: DistantPicture,
+    EnvironmentMap: EnvironmentMap,
     #[cfg(test)]
-    Sky: super::made_up::Sky,
+    Sky: super::test_sky::Sky,
 }

@@ -13,20 +13,20 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 parameters! {
-    /// Sends the same intensity in every direction.
+    /// A point with the same intensity in every direction.
     pub struct PointLightParameters: "point", "a point light" {
-        /// Where the light is.
+        /// The position of the light.
         position: DVec3 = POINT,
         /// Radiant intensity in W/sr, the same in every direction; or give power.
         intensity: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
-        /// The flux in W that leaves the light in all, instead of intensity.
+        /// The total flux of the light in W, instead of intensity.
         power: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
     }
     check = check;
     rules = r#"{ "oneOf": [{ "required": ["intensity"] }, { "required": ["power"] }] }"#;
 }
 
-/// Power becomes intensity.
+/// Converts power to intensity.
 fn check(
     parameters: PointLightParameters,
     _warnings: &mut Vec<Problem>,
@@ -36,7 +36,7 @@ fn check(
     Ok(PointLightParameters { intensity: Some(intensity), power: None, ..parameters })
 }
 
-/// Sends the same intensity in every direction. No path can hit it.
+/// A point with the same intensity in every direction. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLight {
     /// The position.

@@ -1,13 +1,13 @@
-//! Intensities that are given as power.
+//! Intensities given by power.
 
 use crate::parameter::limits::INTENSITY;
 use crate::parameter::{Colour, Problem};
 
-/// The intensity in W/sr of a light that is given either that or a power in W, with the solid angle over which its
-/// intensity on the axis would give the power.
+/// The intensity in W/sr of a light with either an intensity or a power in W. `solid_angle` is the ratio of its power
+/// to its intensity on the axis.
 ///
 /// # Errors
-/// If it has both or neither, or an intensity that no light may have.
+/// If it has both or neither, or an intensity above the limit.
 pub(super) fn intensity(
     what: &'static str,
     intensity: Option<Colour>,
@@ -37,12 +37,12 @@ pub(super) fn intensity(
         (None, None) => problem(
             "intensity",
             format!("{what} needs either intensity or power"),
-            "intensity = [1, 1, 1] would do",
+            "for example: intensity = [1, 1, 1]",
         ),
     }
 }
 
-/// The intensity of a light that has been checked, or of one that a program has made: black without any.
+/// The intensity of a light that has been checked, or of one constructed by a program; black without either.
 pub(super) fn given(intensity: Option<Colour>, power: Option<Colour>, solid_angle: f64) -> Colour {
     self::intensity("the light", intensity, power, solid_angle).unwrap_or_default()
 }

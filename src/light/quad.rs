@@ -1,4 +1,4 @@
-//! The emitting quad.
+//! The light-emitting quad.
 
 use super::area::AreaLight;
 use super::bounds::LightBounds;
@@ -10,15 +10,15 @@ use super::sample::{EmittedRay, LightSample};
 use crate::math::{Float, Mask, Rgb, Vec3};
 use crate::shape::{Quad, Shape};
 
-/// Rectangles of at least this solid angle, in steradians, are sampled by it. A smaller solid angle, a sum of angles,
-/// has lost too many digits, and sampling by area is about as good there.
+/// Rectangles of at least this solid angle, in steradians, are sampled by solid angle. A smaller solid angle, computed
+/// as a sum of angles, has lost too many digits, and sampling by area is about as good.
 pub const LEAST_SOLID_ANGLE: f32 = 0.03;
 
 /// A quad counts as a rectangle if the cosine between its sides is at most this.
 const SQUARE: f32 = 1e-6;
 
-/// Seen from a point, a rectangle is sampled uniformly by the solid angle that it fills, unless that is small; all
-/// others uniformly by area.
+/// A rectangle is sampled uniformly by its solid angle from the point, unless that is small. Other quads are sampled
+/// uniformly by area.
 impl Light for AreaLight<Quad> {
     const HAS_OWN_PDF: bool = true;
     const IS_FREQUENT: bool = true;

@@ -1,31 +1,31 @@
-//! The rectangle, sampled by the solid angle that it fills.
+//! Sampling of rectangles by solid angle.
 
 use crate::math::{Float, Vec3, trig, value};
 use std::f32::consts::{PI, TAU};
 
-/// A rectangle seen from a point, in the frame of its sides with the point at the origin (Ureña, Fajardo and King
-/// 2013, "An Area-Preserving Parametrization for Spherical Rectangles").
+/// A rectangle seen from a point, in the frame of its sides with the point at the origin (Ureña, Fajardo and King 2013,
+/// "An Area-Preserving Parametrization for Spherical Rectangles").
 ///
-/// Where the article takes arc cosines of the four inner angles and subtracts 2π, here each angle's excess over
-/// a right one is an arc sine: small rectangles keep their digits.
+/// The article takes arc cosines of the four inner angles and subtracts 2π. Here each angle's excess over a right angle
+/// is an arc sine, which preserves the digits of small rectangles.
 #[derive(Clone, Copy)]
 pub(super) struct Rectangle<F: Float> {
-    /// From x₀ to x₁ and from y₀ to y₁, at z₀ < 0.
+    /// The rectangle from x₀ to x₁ and from y₀ to y₁, at z₀ < 0.
     x: [F; 2],
     y: [F; 2],
     z: F,
-    /// z components of the unit normals of the planes through the point and the sides at y₀ and y₁.
+    /// The z components of the unit normals of the planes through the point and the sides at y₀ and y₁.
     b: [F; 2],
-    /// The sum of the two inner angles at the side x₀, less two right angles.
+    /// The sum of the two inner angles at the side x₀, minus two right angles.
     excess: F,
-    /// In steradians.
+    /// Its solid angle in steradians.
     pub(super) solid_angle: F,
 }
 
 value!(Rectangle { x, y, z, b, excess, solid_angle });
 
 impl<F: Float> Rectangle<F> {
-    /// The rectangle whose corner lies at `corner` from the point, with the sides `u` and `v` at a right angle.
+    /// The rectangle with its corner at `corner` relative to the point and the perpendicular sides `u` and `v`.
     #[inline(always)]
     pub(super) fn new(corner: Vec3<F>, u: Vec3<F>, v: Vec3<F>) -> Self {
         let (width, height) = (u.length(), v.length());
@@ -35,7 +35,7 @@ impl<F: Float> Rectangle<F> {
         let z = -corner.dot(x_axis.cross(y_axis)).abs();
         let normal = |side: F| side / (side * side + z * z).sqrt();
         let (n0, n1, n2, n3) = (-normal(y0), normal(x1), normal(y1), -normal(x0));
-        // 1 − (ab)² without cancellation, from what each side's 1 − n² is: z²/(side² + z²).
+        // 1 − (ab)² without cancellation, from 1 − n² of each side, which is z²/(side² + z²).
         let rest = |side: F| z * z / (side * side + z * z);
         let (r0, r1, r2, r3) = (rest(y0), rest(x1), rest(y1), rest(x0));
         let left = excess(n2, r2, n3, r3) + excess(n3, r3, n0, r0);
@@ -43,21 +43,21 @@ impl<F: Float> Rectangle<F> {
         Rectangle { x: [x0, x1], y: [y0, y1], z, b: [n0, n2], excess: left, solid_angle: left + right }
     }
 
-    /// A point of it, as shares of both sides, whose direction is uniform over the solid angle.
+    /// A point of it, as coordinates along both sides, whose direction is uniform over the solid angle.
     #[inline(always)]
     pub(super) fn sample(&self, [u, v]: [F; 2]) -> [F; 2] {
         let Rectangle { x: [x0, x1], y: [y0, y1], z, b: [b0, b1], .. } = *self;
-        // Which x cuts off a rectangle of u times the solid angle: ibid., §3.2, with the angle there, π − φ.
+        // The x that cuts off a rectangle of u times the solid angle: ibid., §3.2, with the angle there, π − φ.
         let phi = self.excess - u * self.solid_angle;
         let turns = phi.abs() * (1.0 / TAU);
         let (sin, cos) = trig::sin_cos_turns(turns);
         let sin = sin.copysign(phi);
         let n = b0 * cos + b1;
-        // cos² of the angle between the axis z and the plane through the point and the cut, scaled.
+        // cos² of the angle between the z axis and the plane through the point and the cut, scaled.
         let scaled = (n * n - sin * sin * (z * z / (y0 * y0 + z * z))).max(F::zero()).sqrt();
         let x = z * sin * F::splat(1.0).copysign(n) / scaled.max(F::splat(f32::MIN_POSITIVE));
         let x = x.max(x0).min(x1);
-        // Which y on that line: its sine as seen from the point is uniform.
+        // The y on that line: its sine as seen from the point is uniform.
         let d2 = x * x + z * z;
         let (h0, h1) = (y0 / (d2 + y0 * y0).sqrt(), y1 / (d2 + y1 * y1).sqrt());
         let h = h0 + v * (h1 - h0);
@@ -100,7 +100,7 @@ mod tests {
             let mut any = |reach: f32| f64::from(stream.random_range(-reach..reach));
             let (x0, y0, z) = (any(5.0), any(5.0), any(2.0));
             let (x1, y1) = (x0 + any(4.0).abs() + 0.1, y0 + any(4.0).abs() + 0.1);
-            // What the numbers are in single precision is what they are.
+            // The reference uses the numbers as rounded to single precision.
             let [x0, x1, y0, y1, z] =
                 [x0, x1, y0, y1, z].map(|x| f64::from((x * 1024.0).round() as f32 / 1024.0));
             if z == 0.0 {
@@ -112,12 +112,12 @@ mod tests {
             assert!((got - expected).abs() < 6e-6, "{got} is not {expected}");
             large += u32::from(expected > 0.01);
         }
-        assert!(large > 50_000, "only {large} are of a size that counts");
+        assert!(large > 50_000, "only {large} are large enough to count");
     }
 
     #[test]
-    fn equal_shares_of_the_numbers_are_equal_solid_angles() {
-        // Cut off by u, and in that strip by v: the parts have the shares that the numbers say.
+    fn equal_intervals_of_the_numbers_have_equal_solid_angles() {
+        // The parts cut off by u, and within that strip by v, have the expected solid angles.
         for (x, y, z) in [
             ([-1.0, 1.0], [-1.0, 1.0], -1.0),
             ([-0.5, 2.0], [1.0, 3.0], -0.25),

@@ -1,4 +1,4 @@
-//! The emitting sphere.
+//! The light-emitting sphere.
 
 use super::area::{self, AreaLight};
 use super::bounds::{LightBounds, grey};
@@ -10,15 +10,15 @@ use crate::sampling::warp;
 use crate::shape::{POSITION_ERROR, Shape, Sphere};
 use std::f32::consts::{FRAC_1_PI, PI};
 
-/// Seen from outside, sampled uniformly within the cone that it fills (Pharr, Jakob and Humphreys 2023, §6.2.4); one that
-/// emits inwards, uniformly by area.
+/// From outside it is sampled uniformly within its cone of directions (Pharr, Jakob and Humphreys 2023, §6.2.4). A
+/// sphere that emits inwards is sampled uniformly by area.
 impl Light for AreaLight<Sphere> {
     const HAS_OWN_PDF: bool = true;
     const IS_FREQUENT: bool = true;
 
     fn row(&self) -> LightRow {
         let (sphere, surface) = (&self.shape, self.shape.surface());
-        // A point on the light is made from the centre and the radius, however large they are.
+        // A point on the light is computed from the centre and the radius, however large they are.
         let extent = sphere.centre.iter().fold(sphere.radius, |m, x| m.max(x.abs()));
         LightRow {
             origin: sphere.centre,
@@ -57,7 +57,7 @@ impl Light for AreaLight<Sphere> {
         let error = lights.error();
         let cone = Cone::new(centre - p, radius);
 
-        // 1 − cos θ is uniform; from it sin² θ without cancellation.
+        // 1 − cos θ is uniform and gives sin² θ without cancellation.
         let versine = u[0] * cone.versine;
         let cos = -versine + 1.0;
         let sin2 = versine * (-versine + 2.0);
@@ -69,10 +69,10 @@ impl Light for AreaLight<Sphere> {
         let on_cone = p + wi * near;
         let outer = ((on_cone - centre).normalized(), wi, cone.pdf, cone.outside & !inward);
 
-        // A point on the inner side itself may round to the outside: only what lies there by more than the
-        // errors of both is dark.
+        // A point on the inner side itself may be rounded to the outside: only points outside by more than the errors
+        // of both receive no light.
         let inside = inward & cone.distance.le(radius + error * 4.0);
-        let (normal, wi, pdf, shines) = F::branch(
+        let (normal, wi, pdf, illuminates) = F::branch(
             inside,
             outer,
             #[inline(always)]
@@ -92,8 +92,8 @@ impl Light for AreaLight<Sphere> {
         LightSample {
             wi,
             target: on_light + normal * off,
-            radiance: emission.only(shines),
-            pdf: pdf.only(shines),
+            radiance: emission.only(illuminates),
+            pdf: pdf.only(illuminates),
             delta: F::Mask::splat(false),
             infinite: F::Mask::splat(false),
         }
@@ -109,8 +109,8 @@ impl Light for AreaLight<Sphere> {
         by_area: F,
     ) -> F {
         let cone = Cone::new(lights.origin - p, lights.radius());
-        // A point on the inside of a sphere may round to its outside: `inward` decides, as the ray met the side that
-        // emits.
+        // A point on the inside of a sphere may be rounded to its outside: `inward` decides, because the ray hit the
+        // emitting side.
         F::select(cone.outside & !lights.inward(), cone.pdf, by_area)
     }
 
@@ -123,17 +123,17 @@ impl Light for AreaLight<Sphere> {
     }
 }
 
-/// The cone of directions in which a point sees a sphere.
+/// The cone of directions from a point to a sphere.
 struct Cone<F: Float> {
-    /// Direction to the centre, of length one.
+    /// The direction to the centre, of length one.
     axis: Vec3<F>,
-    /// Distance to the centre.
+    /// The distance to the centre.
     distance: F,
     /// 1 − cos of half the opening angle.
     versine: F,
-    /// Density of a uniform direction within, by solid angle.
+    /// The density of a uniform direction within the cone, by solid angle.
     pdf: F,
-    /// Whether the point is outside the sphere; if not, the other fields are unspecified.
+    /// Whether the point is outside the sphere; otherwise the other fields are unspecified.
     outside: F::Mask,
 }
 
@@ -145,7 +145,7 @@ impl<F: Float> Cone<F> {
         let sin2 = radius * radius / distance2;
         let outside = sin2.lt(F::splat(1.0));
         let cos = (-sin2 + 1.0).max(F::zero()).sqrt();
-        // 1 − cos without cancellation, for a sphere that is far away.
+        // 1 − cos without cancellation, for a distant sphere.
         let versine = sin2 / (cos + 1.0);
         Cone {
             axis: to_centre * (F::splat(1.0) / distance),

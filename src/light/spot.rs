@@ -13,42 +13,42 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 words! {
-    /// How intensity falls.
+    /// The function by which intensity falls off in the penumbra.
     pub enum Falloff {
-        /// 3t² − 2t³ of the share t of the cosine's fall, as in pbrt.
+        /// 3t² − 2t³, where t is linear in the cosine, as in pbrt.
         Smoothstep = "smoothstep",
-        /// The share of the angle's fall, as in Mitsuba.
+        /// Linear in the angle, as in Mitsuba.
         Angle = "angle",
-        /// t² of the share t of the cosine's fall, as in glTF.
+        /// t², where t is linear in the cosine, as in glTF.
         Squared = "squared",
     }
 }
 
 parameters! {
-    /// A point that shines into a cone.
+    /// A point that emits into a cone.
     pub struct SpotLightParameters: "spot", "a spot light" {
-        /// Where the light is.
+        /// The position of the light.
         position: DVec3 = POINT,
         /// The direction of the cone's axis, of any length.
         direction: DVec3 = DIRECTION,
         /// Radiant intensity in W/sr on the axis; or give power.
         intensity: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
-        /// The flux in W that leaves the light in all, instead of intensity.
+        /// The total flux of the light in W, instead of intensity.
         power: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
-        /// The angle in degrees from the axis to darkness.
+        /// The angle in degrees between the axis and the edge of the cone, where the intensity is zero.
         cone_angle: f64 = ParameterKind::Number(Number::between(0.01, 180.0)) => "30",
-        /// The angle in degrees, within the cone, over which intensity falls to nothing; 0 is a sharp edge. By default it
-        /// is 5, or the cone's angle if that is less.
+        /// The width in degrees of the penumbra, the edge of the cone in which the intensity falls to zero; 0 is a
+        /// sharp edge. By default it is 5, or the cone's angle if that is less.
         penumbra_angle: Option<f64> = ParameterKind::Number(Number::between(0.0, 180.0)) => nothing,
-        /// How intensity falls in the penumbra: smoothstep, 3t² − 2t³ of the share t of the cosine's fall; angle,
-        /// linear in the angle; squared, t².
+        /// The function by which intensity falls off in the penumbra: smoothstep, 3t² − 2t³ with t linear in the
+        /// cosine; angle, linear in the angle; squared, t².
         falloff: Falloff = ParameterKind::Word(Falloff::WORDS) => "\"smoothstep\"",
     }
     check = check;
     rules = r#"{ "oneOf": [{ "required": ["intensity"] }, { "required": ["power"] }] }"#;
 }
 
-/// The penumbra is within the cone; power becomes intensity.
+/// Checks that the penumbra is within the cone, and converts power to intensity.
 fn check(
     parameters: SpotLightParameters,
     _warnings: &mut Vec<Problem>,
@@ -73,29 +73,29 @@ fn check(
 }
 
 impl SpotLightParameters {
-    /// The angle of the penumbra in degrees.
+    /// The width of the penumbra in degrees.
     fn penumbra(&self) -> f64 {
         self.penumbra_angle.unwrap_or_else(|| self.cone_angle.min(5.0))
     }
 }
 
-/// The cone, its penumbra, and the fall of intensity there.
+/// The cone, its penumbra, and the falloff of intensity there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
-    /// From the axis to darkness, in radians.
+    /// The angle between the axis and the edge of the cone, in radians.
     pub outer: f64,
-    /// From the axis to where intensity begins to fall, in radians.
+    /// The angle between the axis and the start of the penumbra, in radians.
     pub inner: f64,
-    /// How it falls.
+    /// The falloff of intensity in the penumbra.
     pub falloff: Falloff,
 }
 
-/// 1 − cos of an angle, which does not cancel where the angle is small.
+/// 1 − cos of an angle, without cancellation for small angles.
 fn versine(angle: f64) -> f64 {
     2.0 * libm::sin(angle / 2.0).powi(2)
 }
 
-/// No ramp is steeper, so that the product with a difference is a number.
+/// The largest slope of a ramp, for which the product with a difference is finite.
 const STEEPEST: f64 = 1e30;
 
 impl Ramp {
@@ -105,12 +105,12 @@ impl Ramp {
         Ramp { outer, inner, falloff: parameters.falloff }
     }
 
-    /// ∫ of the share of the intensity over all directions.
+    /// The relative intensity integrated over all directions.
     fn solid_angle(&self) -> f64 {
         let [outer, inner] = [self.outer, self.inner].map(versine);
         let fall = outer - inner;
         TAU * match self.falloff {
-            // Of the cosine's fall, ½ on average, and ⅓.
+            // The means of the falloff over the cosine in the penumbra are ½ and ⅓.
             Falloff::Smoothstep => inner + fall / 2.0,
             Falloff::Squared => inner + fall / 3.0,
             // 1 − cos θᵢ + ∫ (θₒ − θ)/(θₒ − θᵢ)·sin θ dθ, by parts: 1 − (sin θₒ − sin θᵢ)/(θₒ − θᵢ).
@@ -122,7 +122,7 @@ impl Ramp {
         }
     }
 
-    /// Where the fall ends and its slope, in the cosine less one or, for [`Falloff::Angle`], in radians.
+    /// The end of the falloff and its slope, in the cosine minus one or, for [`Falloff::Angle`], in radians.
     fn line(&self) -> [f64; 2] {
         let [from, to] = match self.falloff {
             Falloff::Angle => [self.outer, self.inner],
@@ -134,7 +134,7 @@ impl Ramp {
     }
 }
 
-/// Shines into a cone from a point. No path can hit it.
+/// A point that emits into a cone. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotLight {
     /// The position.
@@ -160,16 +160,16 @@ impl LightParameters for SpotLightParameters {
 }
 
 impl SpotLight {
-    /// The flux in W that leaves it, the mean of the channels.
+    /// The total flux in W, averaged over the channels.
     pub fn power(&self) -> f64 {
         self.ramp.solid_angle() * grey(self.intensity)
     }
 
-    /// The share of the intensity in a direction.
+    /// The relative intensity in a direction.
     #[inline(always)]
     fn share<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> F {
         let (axis, [from, slope, falloff]) = (lights.normal(), lights.ramp());
-        // |d − axis|² = 2·(1 − cos), which does not cancel where the cone is narrow.
+        // |d − axis|² = 2·(1 − cos), without cancellation for a narrow cone.
         let off = d - axis;
         let is = |one: Falloff| falloff.to_uint().eq(F::Uint::splat(one as u32));
         let x = F::branch(
@@ -200,11 +200,12 @@ impl Light for SpotLight {
         }
     }
 
-    /// Within its cone a spot gives what a point of the same intensity does: the power is that of such a point.
+    /// Within its cone a spot contributes as much as a point light of the same intensity: the power is that of the
+    /// point light.
     fn bounds(&self) -> Option<LightBounds> {
-        // What is estimated falls to nothing a right angle beyond the normals.
+        // The estimate falls to zero at a right angle from the normals.
         let inner = self.ramp.inner.max(self.ramp.outer - 0.8 * PI / 2.0).max(0.0);
-        // Rounding must not leave out what is just within the cone.
+        // The margin keeps rounding from excluding points just within the cone.
         let beyond = (self.ramp.outer - inner + 0.01).min(PI / 2.0);
         Some(LightBounds {
             lo: self.position,

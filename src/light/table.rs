@@ -1,20 +1,20 @@
-//! Every light of a scene: the table from which each lane can look up another one, and the choice among them.
+//! All lights of a scene: the table in which each lane can look up a different one, and the choice among them.
 
 use super::area::AreaLight;
 use super::bounds::LightBounds;
 use super::columns::{Columns, LaneLights};
-use super::contract::{LightList, Listed};
-use super::distant_picture::{DistantPicture, Surroundings};
+use super::contract::{LightList, ListedLight};
+use super::emitters::{self, Emitter, MeshEmitter};
 use super::environment::Environment;
+use super::environment_map::{EnvironmentMap, EnvironmentMapParameters};
 use super::kinds::{self, LightKind};
-use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
 use super::textured_quad::TexturedQuad;
 use super::tree::LightTree;
 use super::triangle::Triangle;
 use crate::math::{BELOW_ONE, Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3};
 use crate::sampling::Grids;
-use crate::shape::{Piece, Rare};
+use crate::shape::{CustomShape, Piece};
 use crate::texture::TextureTable;
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// The index of a surface that is not sampled as a light.
 pub const NO_LIGHT: u32 = u32::MAX;
 
-/// All lights, one column for each property, and the tree that chooses among those that have a place.
+/// All lights, one column for each property, and the tree that chooses among the bounded ones.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     columns: Columns,
@@ -30,51 +30,51 @@ pub struct LightTable {
     tree: LightTree,
     /// The delta lights.
     delta: Vec<u32>,
-    /// How many there are.
+    /// Their number.
     delta_count: u32,
     /// The lights at infinity, which are not in the tree.
     infinite: Vec<u32>,
-    groups: Groups,
+    groups: LightGroups,
     /// The environment behind all lights.
     environment: Environment,
     /// The lights of each mesh that emits.
     meshes: Vec<Range<u32>>,
-    /// Meshes of which [`LightTable::lamps`] gives one light.
-    mesh_lamps: Vec<MeshLamp>,
-    has_bulging_mesh: bool,
+    /// The meshes that [`LightTable::emitters`] returns as one emitter each.
+    mesh_emitters: Vec<MeshEmitter>,
+    has_convex_emitter: bool,
 }
 
-/// The equally likely groups that [`LightTable::choose`] chooses among first: each light at infinity is one, and all
+/// The equally likely groups among which [`LightTable::choose`] chooses first: each light at infinity is one, and all
 /// lights of the tree together are one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Groups {
-    /// How many lights are at infinity.
+pub struct LightGroups {
+    /// The number of lights at infinity.
     pub infinite: u32,
-    /// How many groups there are.
+    /// The number of groups.
     pub count: u32,
-    /// The chance of each.
+    /// The pmf of each group.
     pub share: f32,
 }
 
-impl Groups {
-    fn new(infinite: u32, lights: u32) -> Groups {
+impl LightGroups {
+    fn new(infinite: u32, lights: u32) -> LightGroups {
         let count = infinite + u32::from(infinite < lights);
-        Groups { infinite, count, share: 1.0 / count as f32 }
+        LightGroups { infinite, count, share: 1.0 / count as f32 }
     }
 }
 
 impl LightList for LightTable {
-    fn add<L: Listed>(&mut self, light: L) -> u32 {
+    fn add<L: ListedLight>(&mut self, light: L) -> u32 {
         self.push(light)
     }
 }
 
 impl LightTable {
     /// Adds a light and returns its index.
-    pub fn push<L: Listed>(&mut self, light: L) -> u32 {
+    pub fn push<L: ListedLight>(&mut self, light: L) -> u32 {
         let index = self.len() as u32;
         let bounds = light.bounds();
-        assert_eq!(bounds.is_none(), L::INFINITE, "lights at infinity have no bounds, and others have");
+        assert_eq!(bounds.is_none(), L::INFINITE, "exactly lights at infinity have no bounds");
         self.columns.push(L::KIND, &light.row());
         self.bounds.push(bounds.unwrap_or_default());
         if L::DELTA {
@@ -84,20 +84,20 @@ impl LightTable {
         if L::INFINITE {
             self.infinite.push(index);
         }
-        self.groups = Groups::new(self.infinite.len() as u32, self.len() as u32);
+        self.groups = LightGroups::new(self.infinite.len() as u32, self.len() as u32);
         index
     }
 
-    /// Adds a piece of a shape that emits on its outward side, or on the other if it is `flipped`. Returns its index,
-    /// or [`NO_LIGHT`] for planes and other pieces that are not sampled, which paths find by chance.
+    /// Adds a piece of a shape that emits on its outward side, or on the other one if it is `flipped`. Returns its
+    /// index, or [`NO_LIGHT`] for planes and other pieces that are not sampled, which paths only hit by chance.
     pub fn push_piece(&mut self, piece: &Piece, flipped: bool, emission: [f32; 3]) -> u32 {
         match *piece {
             Piece::Sphere(shape) => self.push(AreaLight { shape, flipped, emission }),
             Piece::Quad(shape) => self.push(AreaLight { shape, flipped, emission }),
-            Piece::Rare(Rare::Disk(shape)) => self.push(AreaLight { shape, flipped, emission }),
-            Piece::Rare(Rare::Cylinder(shape)) => self.push(AreaLight { shape, flipped, emission }),
-            #[allow(unreachable_patterns, reason = "a rare shape that is not sampled need not be listed")]
-            Piece::Plane(_) | Piece::Rare(_) => NO_LIGHT,
+            Piece::Custom(CustomShape::Disk(shape)) => self.push(AreaLight { shape, flipped, emission }),
+            Piece::Custom(CustomShape::Cylinder(shape)) => self.push(AreaLight { shape, flipped, emission }),
+            #[allow(unreachable_patterns, reason = "custom shapes that are not sampled need not be listed")]
+            Piece::Plane(_) | Piece::Custom(_) => NO_LIGHT,
         }
     }
 
@@ -106,8 +106,8 @@ impl LightTable {
         self.columns.textures = textures;
     }
 
-    /// Adds a piece of a shape that emits one of the textures. Returns its index, or [`NO_LIGHT`] for those that are dark
-    /// and for all but quads, which paths find by chance.
+    /// Adds a piece of a shape that emits one of the textures. Returns its index, or [`NO_LIGHT`] if it is black or not
+    /// a quad; paths hit such shapes only by chance.
     pub fn push_textured(&mut self, piece: &Piece, flipped: bool, texture: u32) -> u32 {
         let Piece::Quad(quad) = *piece else { return NO_LIGHT };
         let textures = Arc::clone(&self.columns.textures);
@@ -115,18 +115,18 @@ impl LightTable {
         light.map_or(NO_LIGHT, |light| self.push(light))
     }
 
-    /// Adds a picture of what is all around, one of the textures. Returns its index, or [`NO_LIGHT`] if it is dark.
+    /// Adds an environment map with one of the textures. Returns its index, or [`NO_LIGHT`] if it is black.
     ///
     /// # Panics
     ///
-    /// If the texture is no image, or there is such a picture already.
-    pub fn push_surroundings(&mut self, around: &Surroundings) -> u32 {
+    /// If the texture is not an image, or there is an environment map already.
+    pub fn push_environment_map(&mut self, around: &EnvironmentMapParameters) -> u32 {
         let textures = Arc::clone(&self.columns.textures);
-        let light = DistantPicture::new(around, &textures, &mut self.columns.grids);
+        let light = EnvironmentMap::new(around, &textures, &mut self.columns.grids);
         light.map_or(NO_LIGHT, |light| self.push(light))
     }
 
-    /// The grids by which points of textures are drawn.
+    /// The grids by which points of textures are sampled.
     pub fn grids(&self) -> &Grids {
         &self.columns.grids
     }
@@ -157,12 +157,12 @@ impl LightTable {
         &self.environment
     }
 
-    /// Says how far the scene reaches: lights at infinity send rays to all of a box (see [`LaneLights::extent`]).
+    /// Sets the extent of the scene: lights at infinity send rays to the whole of a box (see [`LaneLights::extent`]).
     pub fn set_extent(&mut self, around: Bounds) {
         self.columns.set_extent(around);
     }
 
-    /// The lights that have a place.
+    /// The bounded lights.
     fn bounded(&self) -> Vec<u32> {
         (0..self.len() as u32).filter(|light| !self.infinite.contains(light)).collect()
     }
@@ -172,43 +172,45 @@ impl LightTable {
         self.tree = LightTree::of(&self.bounds, self.bounded());
     }
 
-    /// Makes one lamp of each mesh that emits and has many triangles, once all lights have been added (see
+    /// Makes one emitter of each light-emitting mesh with many triangles, once all lights have been added (see
     /// [`super::LEAST_TRIANGLES`]).
-    pub fn build_lamps(&mut self) {
-        let lamps = self.meshes.iter().filter_map(|lights| MeshLamp::new(lights.clone(), &self.bounds));
-        self.mesh_lamps = lamps.collect();
+    pub fn build_emitters(&mut self) {
+        let emitters = self.meshes.iter().filter_map(|lights| MeshEmitter::new(lights.clone(), &self.bounds));
+        self.mesh_emitters = emitters.collect();
     }
 
-    /// The lamps, in the order of their lights: each light is one, but all triangles of a mesh with many are one lamp.
-    pub fn lamps(&self) -> impl Iterator<Item = Lamp<'_>> {
-        lamps::lamps(self.len() as u32, &self.mesh_lamps)
+    /// The emitters in the order of their lights. Each light is one, but all triangles of a mesh with many are one
+    /// together.
+    pub fn emitters(&self) -> impl Iterator<Item = Emitter<'_>> {
+        emitters::emitters(self.len() as u32, &self.mesh_emitters)
     }
 
-    /// The meshes that are lamps.
-    pub fn mesh_lamps(&self) -> &[MeshLamp] {
-        &self.mesh_lamps
+    /// The meshes that are one emitter each.
+    pub fn mesh_emitters(&self) -> &[MeshEmitter] {
+        &self.mesh_emitters
     }
 
-    /// Builds a tree that chooses every light with the same probability from everywhere, to compare the other one with.
+    /// Builds a tree that chooses every light with the same probability from everywhere, for comparison with the other
+    /// one.
     pub fn build_uniform_tree(&mut self) {
-        // Equal powers, and a spread so large that every point is among the lights: all have the same importance.
+        // With equal powers and a spread so large that all points are among the lights, all have the same importance.
         let everywhere =
             LightBounds { lo: [-1e6; 3], hi: [1e6; 3], spread: 1e12, power: 1.0, ..LightBounds::default() };
         self.tree = LightTree::of(&vec![everywhere; self.len()], self.bounded());
     }
 
-    /// Sets whether all triangles in the scene are lights of one mesh that bulges: no point in front of a triangle is
-    /// hidden from it by another.
-    pub fn set_bulging_mesh(&mut self, has_bulging_mesh: bool) {
-        self.has_bulging_mesh = has_bulging_mesh;
+    /// Sets whether all triangles of the scene are lights of a single convex mesh: no triangle can then occlude another
+    /// from a point in front of it.
+    pub fn set_convex_emitter(&mut self, has_convex_emitter: bool) {
+        self.has_convex_emitter = has_convex_emitter;
     }
 
-    /// How many lights there are.
+    /// The number of lights.
     pub fn len(&self) -> usize {
         self.columns.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.columns.len() == 0
     }
@@ -218,8 +220,8 @@ impl LightTable {
         LightKind::ALL.iter().copied().filter(|&kind| self.columns.has(kind as u32))
     }
 
-    /// Gives the columns of all lights to a reader; whether a light shines inwards, and whether a quad is square, is 1
-    /// for yes and 0 for no.
+    /// Visits the columns of all lights. Whether a light emits inwards, and whether a quad is a rectangle, is 1 for yes
+    /// and 0 for no.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.columns.columns(reader);
     }
@@ -234,18 +236,18 @@ impl LightTable {
         &self.delta
     }
 
-    /// The groups of lights that are chosen among first. By reference, likewise.
-    pub fn groups(&self) -> &Groups {
+    /// The groups of lights among which the first choice is made. By reference, like [`LightTable::extent`].
+    pub fn groups(&self) -> &LightGroups {
         &self.groups
     }
 
-    /// Centre and radius of a ball around the scene (see [`LaneLights::extent`]). By reference: recorded programs know a
-    /// number by its address.
+    /// The centre and radius of a ball around the scene (see [`LaneLights::extent`]). By reference, because recorded
+    /// programs identify a number by its address.
     pub fn extent(&self) -> &([f32; 3], f32) {
         self.columns.extent()
     }
 
-    /// How many delta lights there are. By reference: recorded programs know a number by its address.
+    /// The number of delta lights. By reference, because recorded programs identify a number by its address.
     pub fn delta_count(&self) -> &u32 {
         &self.delta_count
     }
@@ -255,12 +257,11 @@ impl LightTable {
         &self.infinite
     }
 
-    /// The lanes whose light cannot be hidden by triangles: the light is a triangle of a mesh that bulges, and the
-    /// scene has no other mesh. Shadow rays to it need not be tested against triangles, which would be most of their
-    /// cost.
+    /// The lanes whose light cannot be occluded by triangles: the light is a triangle of a convex mesh, and the scene
+    /// has no other mesh. Shadow rays to it need not be tested against triangles, which would be most of their cost.
     #[inline(always)]
-    pub fn is_past_triangles<F: Float>(&self, light: F::Uint) -> F::Mask {
-        if !self.has_bulging_mesh {
+    pub fn is_convex_emitter<F: Float>(&self, light: F::Uint) -> F::Mask {
+        if !self.has_convex_emitter {
             return F::Mask::splat(false);
         }
         self.columns.are::<F>(light, LightKind::Triangle as u32)
@@ -272,63 +273,64 @@ impl LightTable {
         kinds::ANY_INFINITE && !self.infinite.is_empty()
     }
 
-    /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
-    /// probability of the choice. Where no light can contribute, it is any of them. Lanes outside `asks` are
-    /// unspecified.
+    /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1). Returns its index and the pmf
+    /// of the choice. If no light can contribute, it is any of them. Lanes outside `active` are unspecified.
     ///
-    /// Each light at infinity has the same chance as all others together, among which the tree chooses (Pharr, Jakob
-    /// and Humphreys 2023, §12.6.3).
+    /// Each light at infinity has the same probability as all others together, among which the tree chooses (Pharr,
+    /// Jakob and Humphreys 2023, §12.6.3).
     #[inline(always)]
-    pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
-        let (mut in_tree, mut rest, mut infinite) = (asks, u, F::Uint::splat(0));
+    pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, active: F::Mask) -> (F::Uint, F) {
+        let (mut in_tree, mut rest, mut infinite) = (active, u, F::Uint::splat(0));
         let has_infinite = self.has_infinite();
         if has_infinite {
             let count = F::Uint::given(&self.groups.count);
             let scaled = u * count.to_float();
-            // A product that rounds up to the number of groups still means the last one. Adding all bits subtracts one.
+            // A product that is rounded up to the number of groups means the last one. Adding all bits subtracts one.
             let last = count + F::Uint::splat(u32::MAX);
             let group = scaled.to_uint();
             let group = F::Uint::select(group.lt(last), group, last);
             rest = (scaled - group.to_float()).min(F::splat(BELOW_ONE));
-            in_tree = asks & !group.lt(F::Uint::given(&self.groups.infinite));
+            in_tree = active & !group.lt(F::Uint::given(&self.groups.infinite));
             infinite = F::Uint::gather(&self.infinite, group);
         }
-        // Once in the code, as it is long. A tree without lights has no root, which the GPU would look for in any case.
-        let (light, chance) = F::guard(
+        // A single call, because its code is long. A tree without lights has no root, which the GPU would read in any
+        // case.
+        let (light, pmf) = F::guard(
             in_tree,
             (F::Uint::splat(0), F::zero()),
             #[inline(always)]
             || self.tree.choose(p, n, rest, in_tree),
         );
         if !has_infinite {
-            return (light, chance);
+            return (light, pmf);
         }
         let share = F::given(&self.groups.share);
-        (F::Uint::select(in_tree, light, infinite), F::select(in_tree, chance * share, share))
+        (F::Uint::select(in_tree, light, infinite), F::select(in_tree, pmf * share, share))
     }
 
-    /// The probability with which [`LightTable::choose`] chooses a light. Lanes outside `asks` are unspecified.
+    /// The probability mass function of [`LightTable::choose`]: the probability with which it chooses a light. Lanes
+    /// outside `active` are unspecified.
     #[inline(always)]
-    pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
+    pub fn pmf<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, active: F::Mask) -> F {
         let has_infinite = self.has_infinite();
-        let mut in_tree = asks;
+        let mut in_tree = active;
         if has_infinite {
-            in_tree = asks & !kinds::are_infinite::<F>(&self.columns, light);
+            in_tree = active & !kinds::are_infinite::<F>(&self.columns, light);
         }
-        let chance = F::guard(
+        let pmf = F::guard(
             in_tree,
             F::zero(),
             #[inline(always)]
-            || self.tree.chance(p, n, light, in_tree),
+            || self.tree.pmf(p, n, light, in_tree),
         );
         if !has_infinite {
-            return chance;
+            return pmf;
         }
         let share = F::given(&self.groups.share);
-        F::select(in_tree, chance * share, share)
+        F::select(in_tree, pmf * share, share)
     }
 
-    /// A direction from `p` to a light, drawn with `u` in [0, 1)².
+    /// A direction from `p` to a light, sampled with `u` in [0, 1)².
     #[inline(always)]
     pub fn sample<F: Float>(&self, light: F::Uint, p: Vec3<F>, u: [F; 2]) -> LightSample<F> {
         let lights = LaneLights::new(&self.columns, light);
@@ -336,13 +338,13 @@ impl LightTable {
         kinds::sample::<F, false>(&lights, p, emission, u)
     }
 
-    /// A direction from `p` to a delta light, drawn uniformly among them with `choice` in [0, 1), its radiance
-    /// multiplied by their number. There must be one (see [`LightTable::delta_lights`]).
+    /// A direction from `p` to a delta light, chosen uniformly with `choice` in [0, 1), with its radiance multiplied by
+    /// the number of delta lights. There must be at least one (see [`LightTable::delta_lights`]).
     #[inline(always)]
     pub fn sample_delta<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {
         let count = F::Uint::given(&self.delta_count);
         let index = (choice * count.to_float()).to_uint();
-        // A product that rounds up to `count` still means the last light. Adding all bits subtracts one.
+        // A product that is rounded up to `count` means the last light. Adding all bits subtracts one.
         let last = count + F::Uint::splat(u32::MAX);
         let index = F::Uint::select(index.lt(last), index, last);
         let lights = LaneLights::new(&self.columns, F::Uint::gather(&self.delta, index));
@@ -350,9 +352,9 @@ impl LightTable {
         kinds::sample::<F, true>(&lights, p, emission, [F::zero(); 2])
     }
 
-    /// Density by solid angle with which [`LightTable::sample`] from `p` would have drawn the direction
-    /// `wi`, given that a ray along it met the light at the point `on` at distance `t`, on the side that emits, with the
-    /// cosine `cos_light` between the outward normal there and the way back. Delta lights are never met, nor those at
+    /// The density by solid angle with which [`LightTable::sample`] from `p` would have sampled the direction of a ray
+    /// that hit the light. The hit is at the point `on` at distance `t`, on the emitting side, and `cos_light` is the
+    /// cosine between the outward normal there and the reverse direction. Rays never hit delta lights or lights at
     /// infinity.
     #[inline(always)]
     pub fn pdf<F: Float>(&self, light: F::Uint, p: Vec3<F>, on: Vec3<F>, t: F, cos_light: F) -> F {
@@ -361,9 +363,10 @@ impl LightTable {
         kinds::pdf(&lights, p, on, t, cos_light, by_area)
     }
 
-    /// Radiance along a ray that leaves the scene in the direction `d`. The radiance of each light at infinity is
+    /// The radiance along a ray that leaves the scene in the direction `d`. The radiance of each light at infinity is
     /// multiplied by `weight` of its density, with which [`LightTable::choose`] and [`LightTable::sample`] together
-    /// would have drawn the direction from that light. Lights that are never drawn, and the environment, count in full.
+    /// would have sampled the direction from that light. Lights that are never sampled, and the environment, count in
+    /// full.
     #[inline(always)]
     pub fn escaped<F: Float>(&self, d: Vec3<F>, weight: impl Fn(F) -> F) -> Rgb<F> {
         let mut radiance = Rgb::given(&self.environment.radiance);
@@ -371,7 +374,7 @@ impl LightTable {
             let share = F::given(&self.groups.share);
             for &light in &self.infinite {
                 let kind = self.columns.kinds()[light as usize];
-                if !kinds::are_seen(kind) {
+                if !kinds::are_visible(kind) {
                     continue;
                 }
                 let lights = LaneLights::new(&self.columns, F::Uint::splat(light));
@@ -384,7 +387,7 @@ impl LightTable {
         radiance
     }
 
-    /// A ray that leaves a light, drawn with `u` in [0, 1)⁴.
+    /// A ray that leaves a light, sampled with `u` in [0, 1)⁴.
     #[inline(always)]
     pub fn emit<F: Float>(&self, light: F::Uint, u: [F; 4]) -> EmittedRay<F> {
         let lights = LaneLights::new(&self.columns, light);

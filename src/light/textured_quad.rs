@@ -12,25 +12,25 @@ use crate::sampling::{CELLS, Grids};
 use crate::shape::{Quad, Shape};
 use crate::texture::{Site, TextureTable};
 
-/// Points of each cell along a side at which a texture is looked up for a grid.
+/// The number of points per side of each cell at which a texture is evaluated for a grid.
 const POINTS: usize = 2;
 
-/// A quad whose radiance is a texture. Points of it are drawn in proportion to the texture.
+/// A quad whose radiance is a texture. Its points are sampled in proportion to the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexturedQuad {
     /// The surface.
     quad: Quad,
-    /// Whether the side that emits is the inward one.
+    /// Whether the emitting side is the inward one.
     flipped: bool,
-    /// The texture, by its number in the [`TextureTable`].
+    /// The index of the texture in the [`TextureTable`].
     texture: u32,
-    /// Where its grid begins.
+    /// The start of its grid.
     grid: u32,
     /// Its mean radiance.
     mean: [f32; 3],
 }
 
-/// The radiance that a texture is at points, which is never filtered: all paths find the same one.
+/// The radiance of a texture at points. It is never filtered, so that all paths find the same one.
 #[inline(always)]
 pub fn textured_radiance<F: Float>(
     textures: &TextureTable,
@@ -44,7 +44,7 @@ pub fn textured_radiance<F: Float>(
 }
 
 impl TexturedQuad {
-    /// A quad that emits a texture, with its grid among others; none if it is dark.
+    /// The light of a quad that emits a texture, with its grid added to others; `None` if it is black.
     pub(super) fn new(
         quad: Quad,
         flipped: bool,
@@ -65,12 +65,12 @@ impl TexturedQuad {
             sum.iter_mut().zip(radiance).for_each(|(sum, x)| *sum += f64::from(x));
         }
         let mean = sum.map(|sum| (sum / (side * side) as f64) as f32);
-        let shines = mean.iter().any(|&x| x > 0.0);
-        shines.then(|| TexturedQuad { quad, flipped, texture, grid: grids.push(&numbers), mean })
+        let illuminates = mean.iter().any(|&x| x > 0.0);
+        illuminates.then(|| TexturedQuad { quad, flipped, texture, grid: grids.push(&numbers), mean })
     }
 }
 
-/// The shares of both edges at a point of the plane.
+/// The coordinates along both edges of a point of the plane.
 #[inline(always)]
 fn shares<F: Float>(lights: &LaneLights<'_, F>, [u, v]: [Vec3<F>; 2], on: Vec3<F>) -> [F; 2] {
     let (normal, from) = (lights.normal(), on - lights.origin);
@@ -139,7 +139,7 @@ impl Light for TexturedQuad {
     }
 }
 
-/// A point as shares of the edges, its density over that of uniform points, and its radiance.
+/// A point as coordinates along the edges, its density relative to uniform points, and its radiance.
 #[inline(always)]
 fn drawn<F: Float>(
     lights: &LaneLights<'_, F>,
@@ -168,7 +168,7 @@ mod tests {
     use rand::RngExt;
     use std::sync::Arc;
 
-    /// A quad that emits a picture of 4×2 greys, a half of it dark.
+    /// A quad that emits a picture of 4×2 greys, half of which is black.
     fn table(greys: [f32; 8]) -> (LightTable, u32) {
         let bytes: Vec<u8> = greys.iter().flat_map(|x| x.to_le_bytes()).collect();
         let picture = Picture::new([4, 2], [1, 1], Depth::Float, &bytes);
@@ -198,13 +198,13 @@ mod tests {
     const GREYS: [f32; 8] = [3.0, 8.0, 0.0, 0.0, 5.0, 1.0, 0.0, 0.0];
 
     #[test]
-    fn a_dark_texture_is_no_light() {
+    fn a_black_texture_is_not_a_light() {
         assert_eq!(table([0.0; 8]).1, super::super::NO_LIGHT);
         assert_eq!(table(GREYS).1, 0);
     }
 
     #[test]
-    fn rays_carry_the_power_of_the_texture_and_are_alike() {
+    fn rays_carry_the_power_of_the_texture_in_nearly_equal_parts() {
         let (lights, light) = table(GREYS);
         let stream = &mut Stream::new(52, 0, 0);
         let (mut flux, mut square, mut area) = (0.0, 0.0, 0.0);
@@ -219,19 +219,19 @@ mod tests {
         }
         let n = f64::from(draws);
         let size = Vec3::<f32>::splat([0.3, 1.0, 0.2]).cross(Vec3::splat([2.0, 0.0, 0.0])).length();
-        // The mean of the picture is that of its texels, as they are clamped.
+        // The mean of the picture is that of its texels, because they are clamped.
         let mean = GREYS.iter().sum::<f32>() / 8.0;
         let power = f64::from(size * mean) * std::f64::consts::PI;
         assert!((flux / n / power - 1.0).abs() < 0.01, "{} is not {power}", flux / n);
         assert!((area / n / f64::from(size) - 1.0).abs() < 0.05, "{} is not {size}", area / n);
-        // Of points drawn uniformly the squares would be this many times as large.
+        // With uniformly sampled points, the mean square would be larger by this factor.
         let uniform = GREYS.iter().map(|x| x * x).sum::<f32>() / 8.0 / (mean * mean);
         let spread = square / n / (flux / n * (flux / n));
-        assert!(uniform > 2.0 && spread < 1.05, "{spread}, and {uniform} if uniform");
+        assert!(uniform > 2.0 && spread < 1.05, "{spread}, but {uniform} if sampled uniformly");
     }
 
     #[test]
-    fn samples_have_the_density_and_the_radiance_of_the_point_that_they_find() {
+    fn samples_have_the_density_and_radiance_of_their_point() {
         let (lights, light) = table(GREYS);
         let stream = &mut Stream::new(53, 0, 0);
         let p = Vec3::<f32>::splat([0.3, -0.2, 0.5]);

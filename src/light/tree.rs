@@ -1,4 +1,4 @@
-//! The choice among lights: a tree that is descended by estimates of what each branch contributes.
+//! The choice among lights: a tree that is descended by estimates of the contribution of each branch.
 
 mod build;
 mod choice;
@@ -20,21 +20,21 @@ use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Device, Kernel, MAX_LANES};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Uint, Vec3, value};
 
-/// A tree over lights (Conty Estevez and Kulla 2018) of eight children a node. The importance of a
-/// node comes from the mean position and the spread of its lights, not from their box, so that it still tells sides
-/// apart for a point among the lights.
+/// A tree over lights (Conty Estevez and Kulla 2018) with eight children per node. The importance of a node depends on
+/// the mean position and the spread of its lights instead of their box, so that it still distinguishes sides for a
+/// point among the lights.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// A node with everything as its only child.
+    /// A node whose only child is the whole tree.
     top: Node,
-    /// The nodes below it; none if there is a single light.
+    /// The nodes below it; none for a single light.
     nodes: Vec<Node>,
     kinds: Kinds,
     /// The units of power of each light.
     shares: Shares,
-    /// For each light its place in the order of the tree.
+    /// The position of each light in the order of the tree.
     place: Vec<u32>,
-    /// And its units.
+    /// The units of each light.
     units: Vec<u32>,
 }
 
@@ -76,7 +76,7 @@ impl LightTree {
         })
     }
 
-    /// A light's place in the order of the tree.
+    /// A light's position in the order of the tree.
     pub fn place(&self, light: usize) -> u32 {
         self.place[light]
     }
@@ -88,47 +88,47 @@ impl LightTree {
 
     /// See [`super::LightTable::choose`].
     #[inline(always)]
-    pub(super) fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
-        let LightChoice { light, chance } = F::device(&Choose(self), (p, n, u, asks));
-        (light, chance)
+    pub(super) fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, active: F::Mask) -> (F::Uint, F) {
+        let LightChoice { light, pmf } = F::device(&Choose(self), (p, n, u, active));
+        (light, pmf)
     }
 
-    /// See [`super::LightTable::chance`].
+    /// See [`super::LightTable::pmf`].
     #[inline(always)]
-    pub(super) fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
-        F::device(&Chance(self), (p, n, light, asks))
+    pub(super) fn pmf<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, active: F::Mask) -> F {
+        F::device(&Pmf(self), (p, n, light, active))
     }
 
     #[inline(always)]
-    fn choose_in_lanes<F: LaneFloat>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
-        let End { light, chance, u, units, first_unit } =
-            self.descend::<F, true>(p, n, u, F::Uint::splat(0), asks);
+    fn choose_in_lanes<F: LaneFloat>(&self, p: Vec3<F>, n: Vec3<F>, u: F, active: F::Mask) -> (F::Uint, F) {
+        let End { light, pmf, u, units, first_unit } =
+            self.descend::<F, true>(p, n, u, F::Uint::splat(0), active);
         if !self.kinds.has_meshes {
-            return (light, chance);
+            return (light, pmf);
         }
-        // Among lights that are far, a unit of their power is drawn. Adding all bits subtracts one.
-        let is_far = asks & F::Uint::splat(0).lt(units);
+        // Among distant lights, a unit of their power is sampled. Adding all bits subtracts one.
+        let is_far = active & F::Uint::splat(0).lt(units);
         let unit = (units.to_float() * u).to_uint();
         let unit = F::Uint::select(unit.lt(units), unit, units + F::Uint::splat(u32::MAX));
         let (one, own) = self.shares.find::<F>(unit + first_unit, is_far);
         let share = own.to_float() / units.to_float().max(F::splat(1.0));
-        (F::Uint::select(is_far, one, light), F::select(is_far, chance * share, chance))
+        (F::Uint::select(is_far, one, light), F::select(is_far, pmf * share, pmf))
     }
 
     #[inline(always)]
-    fn chance_in_lanes<F: LaneFloat>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
+    fn pmf_in_lanes<F: LaneFloat>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, active: F::Mask) -> F {
         let place = F::Uint::gather(&self.place, light);
-        let End { chance, units, .. } = self.descend::<F, false>(p, n, F::zero(), place, asks);
+        let End { pmf, units, .. } = self.descend::<F, false>(p, n, F::zero(), place, active);
         if !self.kinds.has_meshes {
-            return chance;
+            return pmf;
         }
         let own = F::Uint::gather(&self.units, light).to_float();
         let is_far = F::Uint::splat(0).lt(units);
-        F::select(is_far, chance * own / units.to_float().max(F::splat(1.0)), chance)
+        F::select(is_far, pmf * own / units.to_float().max(F::splat(1.0)), pmf)
     }
 
-    /// Descends until the lights are far or a single one is left: with `DRAWS` by drawing with `u`, otherwise towards
-    /// the light in a given place. Lanes outside `asks` are unspecified.
+    /// Descends until the lights are distant or a single one is left. With `DRAWS` the children are sampled with `u`;
+    /// otherwise the path leads to the light at a given position. Lanes outside `active` are unspecified.
     #[inline(always)]
     fn descend<F: LaneFloat, const DRAWS: bool>(
         &self,
@@ -136,12 +136,12 @@ impl LightTree {
         n: Vec3<F>,
         u: F,
         place: F::Uint,
-        asks: F::Mask,
+        active: F::Mask,
     ) -> End<F> {
         let top = &self.top;
         let mut end = End {
             light: F::Uint::splat(top.link[0] & !LEAF),
-            chance: F::splat(1.0),
+            pmf: F::splat(1.0),
             u,
             units: F::Uint::splat(top.units[0]),
             first_unit: F::Uint::splat(0),
@@ -150,13 +150,13 @@ impl LightTree {
             end.units = F::Uint::splat(0);
             return end;
         };
-        let mut going = asks;
+        let mut going = active;
         if self.kinds.has_meshes {
             going = going & !Importance::of(top, 0, self.kinds, p, n).is_far;
         }
         end.units = F::Uint::select(going, F::Uint::splat(0), end.units);
         let mut node = F::Uint::splat(0);
-        // At the root all lanes together, if that is less work than lane by lane.
+        // At the root all lanes are processed together, if that is less work than one by one.
         if going.bits().count_ones() as usize * WIDTH > F::LANES * root.count / 2 {
             let mut values = [F::zero(); WIDTH];
             let mut far = [F::Mask::splat(false); WIDTH];
@@ -174,7 +174,7 @@ impl LightTree {
             node = F::Uint::gather(&root.link, choice.child);
             let is_leaf = !node.lt(F::Uint::splat(LEAF));
             end.light = F::Uint::select(going, node & F::Uint::splat(!LEAF), end.light);
-            end.chance = F::select(going, choice.share, end.chance);
+            end.pmf = F::select(going, choice.share, end.pmf);
             end.u = F::select(going, choice.u, end.u);
             let ends = going & is_far & !is_leaf;
             end.units = F::Uint::select(ends, F::Uint::gather(&root.units, choice.child), end.units);
@@ -191,18 +191,18 @@ impl LightTree {
     }
 }
 
-/// A light that was chosen.
+/// A chosen light.
 #[derive(Clone, Copy, Debug)]
 pub struct LightChoice<F: Float> {
     /// Its index.
     pub light: F::Uint,
-    /// The probability of the choice.
-    pub chance: F,
+    /// The pmf of the choice.
+    pub pmf: F,
 }
 
-value!(LightChoice { light, chance });
+value!(LightChoice { light, pmf });
 
-/// [`LightTree::choose`]: a descent of its own for each lane.
+/// [`LightTree::choose`], with a descent for each lane.
 struct Choose<'a>(&'a LightTree);
 
 impl Device for Choose<'_> {
@@ -211,50 +211,50 @@ impl Device for Choose<'_> {
     type Output<F: Float> = LightChoice<F>;
 
     #[inline(always)]
-    fn run<F: LaneFloat>(&self, (p, n, u, asks): Self::Arguments<F>) -> LightChoice<F> {
-        let (light, chance) = self.0.choose_in_lanes(p, n, u, asks);
-        LightChoice { light, chance }
+    fn run<F: LaneFloat>(&self, (p, n, u, active): Self::Arguments<F>) -> LightChoice<F> {
+        let (light, pmf) = self.0.choose_in_lanes(p, n, u, active);
+        LightChoice { light, pmf }
     }
 }
 
-/// [`LightTree::chance`], likewise.
-struct Chance<'a>(&'a LightTree);
+/// [`LightTree::pmf`], likewise.
+struct Pmf<'a>(&'a LightTree);
 
-impl Device for Chance<'_> {
-    const NAME: &'static str = "light_chance";
+impl Device for Pmf<'_> {
+    const NAME: &'static str = "light_pmf";
     type Arguments<F: Float> = (Vec3<F>, Vec3<F>, F::Uint, F::Mask);
     type Output<F: Float> = F;
 
     #[inline(always)]
-    fn run<F: LaneFloat>(&self, (p, n, light, asks): Self::Arguments<F>) -> F {
-        self.0.chance_in_lanes(p, n, light, asks)
+    fn run<F: LaneFloat>(&self, (p, n, light, active): Self::Arguments<F>) -> F {
+        self.0.pmf_in_lanes(p, n, light, active)
     }
 }
 
 /// The end of a descent.
 struct End<F: LaneFloat> {
-    /// The light, unless the lights are far.
+    /// The light, unless the lights are distant.
     light: F::Uint,
-    /// The probability of the way to it.
-    chance: F,
-    /// The rest of the random number, uniform again.
+    /// The probability of the path to it.
+    pmf: F,
+    /// The rest of the random number, again uniform.
     u: F,
-    /// The units of lights that are far; zero at one light.
+    /// The units of distant lights; zero for a single light.
     units: F::Uint,
     /// The first of these units.
     first_unit: F::Uint,
 }
 
-/// The descents of some lanes, a column for each number.
+/// The descents of some lanes, one column per number.
 struct Lanes {
-    /// Bit `i` is set if lane `i` has not reached the end.
+    /// Bit `i` is set if the descent of lane `i` continues.
     going: u32,
     p: [[f32; MAX_LANES]; 3],
     n: [[f32; MAX_LANES]; 3],
     node: [u32; MAX_LANES],
     place: [u32; MAX_LANES],
     light: [u32; MAX_LANES],
-    chance: [f32; MAX_LANES],
+    pmf: [f32; MAX_LANES],
     u: [f32; MAX_LANES],
     units: [u32; MAX_LANES],
     first_unit: [u32; MAX_LANES],
@@ -291,7 +291,7 @@ impl Lanes {
             node: words(node),
             place: words(place),
             light: words(end.light),
-            chance: floats(end.chance),
+            pmf: floats(end.pmf),
             u: floats(end.u),
             units: words(end.units),
             first_unit: words(end.first_unit),
@@ -302,7 +302,7 @@ impl Lanes {
     fn end<F: LaneFloat>(&self) -> End<F> {
         End {
             light: F::Uint::load(&self.light),
-            chance: F::load(&self.chance),
+            pmf: F::load(&self.pmf),
             u: F::load(&self.u),
             units: F::Uint::load(&self.units),
             first_unit: F::Uint::load(&self.first_unit),
@@ -310,8 +310,8 @@ impl Lanes {
     }
 }
 
-/// Descends with one lane after the other, over eight children at a time: where lanes are at different nodes, gathering
-/// their children costs more than evaluating them.
+/// Descends with one lane after the other, evaluating eight children at a time. If lanes are at different nodes,
+/// gathering their children costs more than evaluating them.
 struct Descent<'a, const DRAWS: bool> {
     tree: &'a LightTree,
     lanes: &'a mut Lanes,
@@ -327,11 +327,11 @@ impl<const DRAWS: bool> Kernel for Descent<'_, DRAWS> {
         while going != 0 {
             let lane = going.trailing_zeros() as usize & (MAX_LANES - 1);
             going &= going - 1;
-            // An array's own `map` would not be inlined, and run without the level's instructions.
+            // An array's own `map` would not be inlined, and would run without the level's instructions.
             let at = |v: &[[f32; MAX_LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
             let p = Vec3::<F::Octet>::splat(at(&lanes.p));
             let n = Vec3::<F::Octet>::splat(at(&lanes.n));
-            let (mut u, mut chance, mut link) = (lanes.u[lane], lanes.chance[lane], lanes.node[lane]);
+            let (mut u, mut pmf, mut link) = (lanes.u[lane], lanes.pmf[lane], lanes.node[lane]);
             let place = Wrapping(lanes.place[lane]);
             let (mut units, mut first_unit) = (0, 0);
             while link < LEAF {
@@ -341,7 +341,7 @@ impl<const DRAWS: bool> Kernel for Descent<'_, DRAWS> {
                 importance.value.store(&mut values);
                 let choice = Choice::<f32>::new::<DRAWS>(node, values, u, place);
                 let child = choice.child.0 as usize & (WIDTH - 1);
-                chance *= choice.share;
+                pmf *= choice.share;
                 u = choice.u;
                 link = node.link[child];
                 if importance.is_far.bits() >> child & 1 != 0 && link < LEAF {
@@ -350,7 +350,7 @@ impl<const DRAWS: bool> Kernel for Descent<'_, DRAWS> {
                 }
             }
             lanes.light[lane] = link & !LEAF;
-            (lanes.u[lane], lanes.chance[lane]) = (u, chance);
+            (lanes.u[lane], lanes.pmf[lane]) = (u, pmf);
             (lanes.units[lane], lanes.first_unit[lane]) = (units, first_unit);
         }
     }

@@ -1,4 +1,4 @@
-//! The emitting triangle.
+//! The light-emitting triangle.
 
 use super::area::AreaLight;
 use super::bounds::LightBounds;
@@ -15,9 +15,9 @@ use crate::shape::Sides;
 pub struct Triangle(pub [[f32; 3]; 3]);
 
 impl AreaLight<Triangle> {
-    /// Both edges from the first corner, and the normal of the side that emits. A triangle without area gives no light,
+    /// Both edges from the first corner, and the normal of the emitting side. A triangle without area emits no light
     /// and is never chosen.
-    fn form(&self) -> (Sides<f32>, [Vec3<f32>; 2], [f32; 3]) {
+    fn geometry(&self) -> (Sides<f32>, [Vec3<f32>; 2], [f32; 3]) {
         let [a, b, c] = self.shape.0.map(Vec3::<f32>::splat);
         let (u, v) = (b - a, c - a);
         let sides = Sides::new(u, v);
@@ -38,7 +38,7 @@ impl Light for AreaLight<Triangle> {
     const IS_FREQUENT: bool = true;
 
     fn row(&self) -> LightRow {
-        let (sides, edges, normal) = self.form();
+        let (sides, edges, normal) = self.geometry();
         let [edge_u, edge_v] = edges.map(array);
         LightRow {
             origin: self.shape.0[0],
@@ -54,7 +54,7 @@ impl Light for AreaLight<Triangle> {
     }
 
     fn bounds(&self) -> Option<LightBounds> {
-        let (sides, _, normal) = self.form();
+        let (sides, _, normal) = self.geometry();
         Some(flat::bounds(&self.shape.0, normal, sides.area(), self.emission))
     }
 

@@ -1,8 +1,8 @@
-//! The textures that stand for parameters of materials.
+//! Textures in place of material parameters.
 //!
-//! A texture takes the place of numbers of a material's row. Which numbers these are is found out by trying: a parameter
-//! whose value stands in the row as it is, or as its square, may be a texture, and no material has to say so. One from
-//! which a row is computed in another way may not.
+//! A texture replaces numbers of a material's row. They are found by experiment: a parameter may be a texture if the
+//! row contains its value or its square, and no material has to declare that. A parameter from which the row is
+//! computed in another way may not be a texture.
 
 use super::list::MaterialKind;
 use super::lobes::LEAST_ALPHA;
@@ -11,28 +11,28 @@ use crate::math::{ColumnReader, Float, Rgb, Uint};
 use crate::parameter::{Family, Number, ParameterKind, Value};
 use crate::texture::{NO_TEXTURE, TextureTable};
 
-/// The numbers of a row that a parameter is.
+/// The numbers of a row that correspond to a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     /// The row's colour.
     Colour,
-    /// Three further numbers, from this one on.
+    /// Three further numbers, starting with this one.
     Colours(usize),
     /// A further number.
     Number(usize),
-    /// Two further numbers, from this one on.
+    /// Two further numbers, starting with this one.
     Numbers(usize),
 }
 
-/// The place of a parameter in the row of its material, and the limits of its values.
+/// The position of a parameter in the row of its material, and the limits of its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct ParameterSlot {
     target: Target,
     least: f32,
     most: f32,
 }
 
-/// What is put where.
+/// The numbers that a texture replaces, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Target {
     slot: Slot,
@@ -40,25 +40,25 @@ struct Target {
     is_squared: bool,
 }
 
-/// A texture in the place of a parameter.
+/// A texture in place of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Binding {
     /// The row of the material.
     pub row: usize,
     /// The parameter.
-    pub place: Place,
-    /// The texture, as the [`TextureTable`] knows it.
+    pub slot: ParameterSlot,
+    /// The index of the texture in the [`TextureTable`].
     pub texture: u32,
 }
 
-/// All numbers of a row that textures may stand for: its colour, then the others.
+/// All numbers of a row that textures may replace: its colour, then the others.
 fn numbers_of(row: &Row) -> Vec<f32> {
     row.colour.into_iter().chain(row.numbers).collect()
 }
 
-impl Place {
-    /// That of the parameter of this name, if a texture may stand for it.
-    pub fn of(kind: &MaterialKind, parameter: &str) -> Option<Place> {
+impl ParameterSlot {
+    /// The slot of the parameter with this name, if a texture may replace it.
+    pub fn of(kind: &MaterialKind, parameter: &str) -> Option<ParameterSlot> {
         let family = kind.place()?;
         let declaration = &MaterialKind::DECLARATIONS[family];
         let index = declaration.parameters.iter().position(|known| known.name == parameter)?;
@@ -78,7 +78,7 @@ impl Place {
             };
             Some(MaterialKind::build(family, &values, &mut Vec::new()).ok()?.row())
         };
-        // Rows of two sets of values, in which every number differs.
+        // The rows of two sets of values that differ in every number.
         let tries = [0, 1].map(|set| {
             let given: Vec<f64> = (0..count).map(|i| example(limits, set * 3 + i)).collect();
             let row = row_with(&given)?;
@@ -88,7 +88,7 @@ impl Place {
         if row.kind.is_chooser() || (row.kind, row.choices) != (other_row.kind, other_row.choices) {
             return None;
         }
-        // Another program, as that of a smooth surface, would not look at the texture.
+        // Another program, such as that of a smooth surface, would not use the texture.
         if row.kind != kind.row().kind {
             return None;
         }
@@ -112,18 +112,18 @@ impl Place {
             _ => Slot::Colours(first - 3),
         };
         let [mut least, most] = limits.range();
-        // A material may keep its numbers off the least value.
+        // A material may limit its numbers to more than the smallest value.
         let lowest = row_with(&vec![f64::from(least); count]).filter(|lowest| lowest.kind == row.kind);
         if let Some(lowest) = lowest.filter(|_| !is_squared) {
             least = least.max(numbers_of(&lowest)[first]);
         }
-        Some(Place { target: Target { slot, is_squared }, least, most })
+        Some(ParameterSlot { target: Target { slot, is_squared }, least, most })
     }
 }
 
-/// A material with other values in the place of those that are textures, so that its program is one that looks at them:
-/// a surface whose roughness is a texture is none of the smooth ones, whatever number it has beside the texture.
-pub fn with_stand_ins<'p>(
+/// A material with placeholder values for the parameters that are textures, so that its program uses them: a surface
+/// with a texture for its roughness is never a smooth one, whatever number is given beside the texture.
+pub fn with_placeholders<'p>(
     kind: &MaterialKind,
     textured: impl Iterator<Item = &'p str> + Clone,
 ) -> MaterialKind {
@@ -137,16 +137,16 @@ pub fn with_stand_ins<'p>(
     MaterialKind::build(family, &values, &mut Vec::new()).unwrap_or_else(|_| kind.clone())
 }
 
-/// Some value within limits, another one for each number. Their ratios are such that no formula maps one to another.
+/// A value within the limits, different for each number. No formula maps one to another.
 fn example(limits: Number, i: usize) -> f64 {
     let share = [0.3719, 0.6173, 0.4481, 0.8317, 0.2087, 0.7331][i];
     let [least, most] = limits.range().map(f64::from);
     let value = least.max(-1.0) + (most.min(1.0) - least.max(-1.0)) * share;
-    // Limits may lie beyond 1 altogether.
+    // Limits may be above 1 altogether.
     if value >= least && value <= most { value } else { least + (most - least) * share }
 }
 
-/// The textures of all rows: for each row as many as there are targets that some row has a texture for.
+/// The textures of all rows: for each row, as many as there are targets for which some row has a texture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bindings {
     targets: Vec<Target>,
@@ -156,19 +156,19 @@ pub struct Bindings {
 }
 
 impl Bindings {
-    /// Those of a table of so many rows.
+    /// The bindings of a table with this number of rows.
     pub fn new(rows: usize, bindings: &[Binding]) -> Bindings {
         let mut all = Bindings::default();
         for binding in bindings {
-            if !all.targets.contains(&binding.place.target) {
-                all.targets.push(binding.place.target);
+            if !all.targets.contains(&binding.slot.target) {
+                all.targets.push(binding.slot.target);
             }
         }
         let count = all.targets.len();
         all.texture = vec![NO_TEXTURE; rows * count];
         all.least = vec![0.0; rows * count];
         all.most = vec![0.0; rows * count];
-        for Binding { row, place: Place { target, least, most }, texture } in bindings {
+        for Binding { row, slot: ParameterSlot { target, least, most }, texture } in bindings {
             for (i, _) in all.targets.iter().enumerate().filter(|(_, own)| *own == target) {
                 let at = row * count + i;
                 (all.texture[at], all.least[at], all.most[at]) = (*texture, *least, *most);
@@ -183,7 +183,7 @@ impl Bindings {
         self.targets.is_empty()
     }
 
-    /// Gives the columns to a reader.
+    /// Visits the columns.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let Bindings { targets: _, texture, least, most } = self;
         reader.words("texture", texture);
@@ -191,13 +191,13 @@ impl Bindings {
         reader.floats("most", most);
     }
 
-    /// The place of a row's binding.
+    /// The index of a row's binding.
     #[inline(always)]
     fn at<U: Uint>(&self, row: U, i: usize) -> U {
         row * U::splat(self.targets.len() as u32) + U::splat(i as u32)
     }
 
-    /// The lanes in whose rows there is a texture.
+    /// The lanes whose rows have a texture.
     #[inline(always)]
     pub(super) fn lanes<F: Float>(&self, row: F::Uint) -> F::Mask {
         let mut lanes = <F::Mask as crate::math::Mask>::splat(false);
@@ -214,7 +214,7 @@ impl Bindings {
         texture.lt(F::Uint::splat(NO_TEXTURE))
     }
 
-    /// Puts the values of textures in the place of the numbers of rows, each within the limits of its parameter.
+    /// Replaces numbers of rows by the values of textures, within the limits of their parameters.
     #[inline(always)]
     pub(super) fn apply<F: Float>(
         &self,
@@ -223,7 +223,7 @@ impl Bindings {
         site: Site<F>,
         numbers: Numbers<F>,
     ) -> Numbers<F> {
-        // The places of numbers are known at run time alone, for which all of them must be in memory.
+        // The positions of numbers are known only at run time, so that all of them must be in memory.
         F::out_of_line(
             #[inline(always)]
             move || self.applied(textures, row, site, numbers),
@@ -282,7 +282,7 @@ fn squared<F: Float>(value: Rgb<F>) -> Rgb<F> {
     Rgb::new(r.max(least), g.max(least), b.max(least))
 }
 
-/// Replaces one of the further numbers where a mask holds.
+/// Replaces one of the further numbers in the lanes of a mask.
 #[inline(always)]
 fn put<F: Float>(numbers: &mut Numbers<F>, i: usize, has: F::Mask, value: F) {
     debug_assert!(i < NUMBERS);
@@ -303,7 +303,8 @@ mod tests {
 
     #[test]
     fn parameters_are_found_in_rows() {
-        let slot = |kind: MaterialKind, parameter| Place::of(&kind, parameter).map(|place| place.target.slot);
+        let slot =
+            |kind: MaterialKind, parameter| ParameterSlot::of(&kind, parameter).map(|slot| slot.target.slot);
         let reflectance = [0.5; 3];
         assert_eq!(
             slot(MatteParameters { reflectance, roughness: 0.0 }.into(), "reflectance"),
@@ -350,8 +351,8 @@ mod tests {
             assert_eq!(slot(frosted.into(), parameter), Some(place), "{parameter}");
             assert_eq!(slot(sheet.into(), parameter), Some(place), "{parameter} of a sheet");
         }
-        // Paths sample no light where the colour of a row is black.
-        let tint = Place::of(&frosted.into(), "reflectance").map(|place| place.least);
+        // Paths sample no light at black colours.
+        let tint = ParameterSlot::of(&frosted.into(), "reflectance").map(|slot| slot.least);
         assert!(tint > Some(0.0), "{tint:?}");
         let board = CheckerboardParameters { even: 0, odd: 0, checks_per_unit: [1.0; 2] };
         assert_eq!(slot(board.into(), "checks_per_unit"), None);
@@ -359,31 +360,37 @@ mod tests {
     }
 
     #[test]
-    fn a_texture_is_looked_at_whatever_number_is_beside_it() {
+    fn a_texture_is_used_whatever_number_is_beside_it() {
         let (eta, k) = (Some([1.5; 3]), Some([1.5; 3]));
         let reflectance = [0.5; 3];
         for smooth in [
             MaterialKind::from(MatteParameters { reflectance, roughness: 0.0 }),
             ConductorParameters { metal: None, eta, k, roughness: [0.0; 2] }.into(),
         ] {
-            assert_eq!(Place::of(&smooth, "roughness"), None, "{smooth:?} is smooth");
-            let rough = with_stand_ins(&smooth, ["roughness"].into_iter());
-            assert!(Place::of(&rough, "roughness").is_some(), "{rough:?}");
-            assert!(Place::of(&rough, "reflectance").is_some() || Place::of(&rough, "eta").is_some());
-            assert_eq!(with_stand_ins(&smooth, [].into_iter()), smooth);
+            assert_eq!(ParameterSlot::of(&smooth, "roughness"), None, "{smooth:?} is smooth");
+            let rough = with_placeholders(&smooth, ["roughness"].into_iter());
+            assert!(ParameterSlot::of(&rough, "roughness").is_some(), "{rough:?}");
+            assert!(
+                ParameterSlot::of(&rough, "reflectance").is_some()
+                    || ParameterSlot::of(&rough, "eta").is_some()
+            );
+            assert_eq!(with_placeholders(&smooth, [].into_iter()), smooth);
         }
     }
 
     #[test]
-    fn values_are_put_in_place_within_limits() {
+    fn values_are_replaced_within_limits() {
         let colour = [2.0, 0.25, 0.5];
         let textures = [ConstantTexture { value: Varying::Colour(colour) }.into()];
         let mut compiler = Compiler::new(&textures, &[]);
         let texture = compiler.root(0);
         let glass: MaterialKind =
             GlassParameters { ior: 1.0, reflectance: [0.1; 3], transmittance: [0.1; 3] }.into();
-        let binding =
-            |parameter| Binding { row: 1, place: Place::of(&glass, parameter).expect("a place"), texture };
+        let binding = |parameter| Binding {
+            row: 1,
+            slot: ParameterSlot::of(&glass, parameter).expect("a slot"),
+            texture,
+        };
         let bindings = Bindings::new(2, &[binding("transmittance"), binding("ior")]);
         let textures = compiler.finish();
         let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
@@ -392,17 +399,18 @@ mod tests {
         assert_eq!(apply(0).further, own.further);
         let found = apply(1);
         assert_eq!(found.colour, own.colour);
-        // The ior takes the red channel; reflected fractions are at most one.
+        // The ior uses the red channel; reflected fractions are at most one.
         assert_eq!(found.further[..5], [1.0, 0.25, 0.5, 2.0, 0.125]);
     }
 
     #[test]
-    fn squares_of_values_are_put_where_rows_have_squares() {
+    fn squares_replace_the_squares_in_rows() {
         let textures = [ConstantTexture { value: Varying::Colour([0.5, 0.25, 0.0]) }.into()];
         let mut compiler = Compiler::new(&textures, &[]);
         let texture = compiler.root(0);
-        let place = |slot, most| Place { target: Target { slot, is_squared: true }, least: 0.0, most };
-        let binding = |slot, most| Binding { row: 0, place: place(slot, most), texture };
+        let parameter =
+            |slot, most| ParameterSlot { target: Target { slot, is_squared: true }, least: 0.0, most };
+        let binding = |slot, most| Binding { row: 0, slot: parameter(slot, most), texture };
         let all = [binding(Slot::Colour, 1.0), binding(Slot::Numbers(6), 0.3), binding(Slot::Number(0), 0.0)];
         let bindings = Bindings::new(1, &all);
         let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };

@@ -1,4 +1,4 @@
-//! A material for testing that samples are rejected.
+//! A material for testing the rejection of invalid samples.
 
 use super::bxdf::{Bxdf, BxdfSample, TransportMode};
 use super::kind::Kind;
@@ -9,17 +9,17 @@ use crate::math::{Float, Rgb, Uint, Vec3, value};
 use crate::parameter::parameters;
 
 parameters! {
-    /// Returns NaN, infinity and −1 in turn: for testing that samples are rejected.
+    /// Returns NaN, infinity and −1 in turn, for testing the rejection of invalid samples.
     pub struct BrokenParameters: "broken", "a broken material" {}
     hidden = true;
 }
 
-/// Returns values that no sample may have.
+/// Returns invalid samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Broken;
 
 impl Broken {
-    /// The weights of its samples, for each third of the numbers that choose the lobe.
+    /// The weights of its samples, one for each third of the range of numbers that choose the lobe.
     pub const WEIGHTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
 }
 
@@ -47,7 +47,7 @@ pub struct Impossible<F> {
 value!(Impossible { directions });
 
 impl<F: Float> Bxdf<F> for Impossible<F> {
-    // No light is sampled: what is impossible comes from its directions alone.
+    // No light is sampled: invalid values come only from the sampled directions.
     const HAS_NON_DELTA: bool = false;
     const HAS_DELTA: bool = true;
 
@@ -77,7 +77,7 @@ impl<F: Float> Bxdf<F> for Impossible<F> {
     }
 }
 
-/// A number by its bits, as recorded programs have no name for infinity.
+/// A number by its bits, because recorded programs have no name for infinity.
 #[inline(always)]
 fn by_bits<F: Float>(number: f32) -> F {
     F::from_bits(F::Uint::splat(number.to_bits()))

@@ -1,4 +1,4 @@
-//! The scattering function of a hit: the lobe of its material there, which may be of another kind in each lane.
+//! The scattering function of a hit: the lobe of its material there, which may be of a different kind in each lane.
 
 use super::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 use super::kind::{Kind, Kinds, materials};
@@ -6,7 +6,7 @@ use super::program::Leaf;
 use super::row::{IOR, Numbers, Site};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3, function, value};
 
-/// What the scattering functions of hits are made of.
+/// The data from which the scattering functions of hits are made.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<F: Float> {
     pub(super) kind: F::Uint,
@@ -16,11 +16,11 @@ pub struct Local<F: Float> {
 
 value!(Local { kind, numbers, site });
 
-/// The scattering functions of hits. Integrators know materials by this type alone.
+/// The scattering functions of hits. Integrators use materials only through this type.
 #[derive(Clone, Copy)]
 pub struct Bsdf<F: Float> {
     pub(super) local: Local<F>,
-    /// The kinds that there are in the scene: no lane has another.
+    /// The kinds in the scene: no lane has another.
     pub(super) kinds: Kinds,
 }
 
@@ -30,14 +30,14 @@ macro_rules! frequent {
         leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident $(($parameters:ident))?,)* }
         choosers $choosers:tt
     ) => {
-        /// How many kinds are frequent ([`Leaf::IS_FREQUENT`]): the first ones.
+        /// The number of frequent kinds ([`Leaf::IS_FREQUENT`]), which are the first ones.
         const FREQUENT: u32 = {
             let mut frequent = 0;
             $(
                 $(#[$cfg])*
                 {
                     if super::$module::$Leaf::IS_FREQUENT {
-                        assert!(frequent == Kind::$Leaf as u32, "a frequent kind comes after one that is not");
+                        assert!(frequent == Kind::$Leaf as u32, "frequent kinds must precede all others");
                         frequent += 1;
                     }
                 }
@@ -62,7 +62,7 @@ macro_rules! frequent {
 }
 materials!(frequent);
 
-/// Whether the lobe of a leaf has a flag of [`Bxdf`]; every lobe is in `ALL`.
+/// Whether the lobe of a leaf has a flag of [`Bxdf`]. Every lobe is in `ALL`.
 macro_rules! has {
     (ALL, $Leaf:ty) => {
         true
@@ -72,18 +72,18 @@ macro_rules! has {
     };
 }
 
-/// A function of the lobe of a leaf, which is a function of recorded programs too.
+/// Calls a function of the lobe of a leaf as a function of recorded programs.
 macro_rules! of_leaf {
     ($Leaf:ident, $function:literal, $bxdf:ident, ($($argument:ident),*), $answer:expr) => {
         function!(F, concat!(stringify!($Leaf), "_", $function), ($bxdf $(, $argument)*), { $answer })
     };
 }
 
-/// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified. `$function` names what is evaluated.
+/// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified. `$function` names the evaluated function.
 ///
-/// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it. Of kinds that
-/// the scene lacks there is no code in recorded programs, and lanes do not test for them: once for each frequent one,
-/// and once for all others together, which are out of line.
+/// The lobe of the first leaf is evaluated in all lanes, each other one only if some lane has it. For kinds that the
+/// scene lacks there is no code in recorded programs, and lanes do not test for them. They test once for each frequent
+/// kind, and once for all others together, which are out of line.
 macro_rules! answer {
     (
         { $kinds:ident, $local:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr }
@@ -133,7 +133,7 @@ macro_rules! answer {
     }};
 }
 
-/// The answer of a leaf in its lanes, if a condition holds of it and the scene has some, and another one elsewhere.
+/// The result of a leaf in its lanes, if a condition holds and the scene has some; `$otherwise` in other lanes.
 macro_rules! answer_of {
     (
         $module:ident::$Leaf:ident, $condition:expr,
@@ -199,7 +199,7 @@ impl<F: Float> Local<F> {
         self.kind.eq(F::Uint::splat(kind as u32))
     }
 
-    /// The lanes whose material is of a kind that is not frequent.
+    /// The lanes whose material is of an infrequent kind.
     #[inline(always)]
     fn is_infrequent(&self) -> F::Mask {
         !self.kind.lt(F::Uint::splat(FREQUENT))
@@ -213,7 +213,8 @@ impl<F: Float> Local<F> {
 }
 
 impl<F: Float> Bsdf<F> {
-    /// What it is made of, for structures of numbers: see [`MaterialTable::bsdf_of`](super::MaterialTable::bsdf_of).
+    /// The data it is made of, for structures of numbers: see
+    /// [`MaterialTable::bsdf_of`](super::MaterialTable::bsdf_of).
     #[inline(always)]
     pub fn local(&self) -> Local<F> {
         self.local
@@ -243,7 +244,7 @@ impl<F: Float> Bsdf<F> {
         })
     }
 
-    /// The same where the index of refraction above a dielectric's surface is `outside`, and that of its row is the one below;
+    /// The same if the index of refraction above a dielectric's surface is `outside`, and that of its row is below;
     /// `outside` is 1 for all others.
     #[inline(always)]
     pub fn within(mut self, outside: F) -> Self {
@@ -251,7 +252,8 @@ impl<F: Float> Bsdf<F> {
         self
     }
 
-    /// The index of refraction below the surface over that above it, by which delta lobes refract; 1 where none does.
+    /// The index of refraction below the surface over that above it, by which delta lobes refract; 1 for lobes that do
+    /// not refract.
     #[inline(always)]
     pub fn index(&self) -> F {
         let one = F::splat(1.0);
@@ -341,7 +343,7 @@ mod tests {
         };
     }
 
-    /// Rows of every kind, which reflect as much.
+    /// Rows of every kind with the same reflectance.
     fn rows(colour: f64) -> Vec<Row> {
         let (reflectance, transmittance) = ([colour; 3], [0.5; 3]);
         let mut rows = vec![
@@ -371,9 +373,9 @@ mod tests {
         rows
     }
 
-    /// Paths sample no lights where [`Bsdf::is_black`] holds: there must be nothing to lose.
+    /// Paths sample no lights if [`Bsdf::is_black`] holds: there must be nothing to lose.
     #[test]
-    fn what_is_black_scatters_nothing_but_by_deltas() {
+    fn black_surfaces_scatter_only_by_delta_lobes() {
         let mut stream = Stream::new(50, 0, 0);
         for kind in materials!(kinds_of_leaves) {
             assert!(rows(0.0).iter().any(|row| row.kind == kind), "no row is a {kind:?}");
@@ -394,7 +396,7 @@ mod tests {
                 }
             }
             assert_eq!(black > 0, some_are_black);
-            // Negative control: what transmits scatters though it reflects nothing.
+            // Negative control: transmitting lobes scatter light although they reflect none.
             assert!(scattered > 100, "{scattered}");
         }
     }

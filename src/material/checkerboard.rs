@@ -1,4 +1,4 @@
-//! Two materials by turns.
+//! A checkerboard of two materials.
 
 use super::kind::Kind;
 use super::program::{Chooser, MaterialParameters};
@@ -8,15 +8,15 @@ use crate::parameter::limits::LENGTH;
 use crate::parameter::{ParameterKind, parameters};
 
 parameters! {
-    /// Alternates two materials over the surface's uv: `even` is where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks for
-    /// each unit.
+    /// Alternates two materials over the surface's uv: `even` is used where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks
+    /// per unit.
     pub struct CheckerboardParameters: "checkerboard", "a checkerboard" {
-        /// The name of the material where the numbers of the check along u and along v have an even sum.
+        /// The name of the material on checks whose numbers along u and v have an even sum.
         even: usize = ParameterKind::Material,
-        /// The name of the material elsewhere.
+        /// The name of the material on the other checks.
         odd: usize = ParameterKind::Material,
         // On planes the size of checks is a length.
-        /// Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.
+        /// Checks per unit of uv: one number, or one along u and one along v. A plane's uv are lengths in the plane.
         checks_per_unit: [f64; 2] = ParameterKind::Pair(LENGTH) => "1",
     }
 }
@@ -38,7 +38,7 @@ impl MaterialParameters for CheckerboardParameters {
 impl Chooser for Checkerboard {
     const BY_UV: bool = true;
 
-    /// A check inside a check takes the coordinates within it, scaled to 0…1.
+    /// A checkerboard within a check uses coordinates within it, scaled to 0…1.
     #[inline(always)]
     fn choose<F: Float>(columns: &Columns, row: F::Uint, [u, v]: [F; 2]) -> (F::Uint, [F; 2]) {
         let a = u * columns.number::<F>(0, row);

@@ -9,16 +9,17 @@ use crate::math::{Float, Rgb, narrow};
 use crate::parameter::{Colour, Number, ParameterKind, Problem, Word, parameters};
 
 parameters! {
-    /// A metal: reflects on both sides, by Fresnel's equations for conductors. It has either a metal's name, or eta and k.
+    /// A metal: reflects on both sides, by the Fresnel equations for conductors. It has either a metal's name, or eta
+    /// and k.
     pub struct ConductorParameters: "conductor", "a conductor" {
-        /// The name of a metal whose index of refraction is known, instead of eta and k.
+        /// The name of a metal with a known index of refraction, instead of eta and k.
         metal: Option<Word> = ParameterKind::Word(NAMES) => nothing,
         /// The index of refraction η relative to the outside: red, green, blue.
         eta: Option<Colour> = ParameterKind::Colour(Number::positive(1e-3, 1e3)) => nothing,
         /// The extinction coefficient k: red, green, blue.
         k: Option<Colour> = ParameterKind::Colour(Number::between(0.0, 1e3)) => nothing,
-        /// Roughness, 0 to 1, whose square is α of a GGX distribution of microfacets: one number, or one along u and one
-        /// along v. Below 0.01 it is perfectly smooth.
+        /// Roughness, 0 to 1. Its square is α of a GGX distribution of microfacets: one number, or one along u and one
+        /// along v. Below 0.01 the surface is perfectly smooth.
         roughness: [f64; 2] = ParameterKind::Pair(Number::between(0.0, 1.0)) => "0",
     }
     check = check;
@@ -30,7 +31,7 @@ parameters! {
     }"#;
 }
 
-/// The index of refraction is one or the other; a name becomes what it stands for.
+/// Checks that the index of refraction is given in one way, and replaces a name by its index.
 fn check(
     parameters: ConductorParameters,
     _warnings: &mut Vec<Problem>,
@@ -45,7 +46,7 @@ fn check(
         ConductorParameters { metal: None, eta: None, k: None, .. } => problem(
             "metal",
             "a conductor needs either metal or both eta and k",
-            Some("metal = \"gold\" would do"),
+            Some("for example: metal = \"gold\""),
         ),
         ConductorParameters { metal: Some(_), eta: Some(_), .. } => {
             problem("eta", "the conductor has both metal and eta", Some("keep one of them"))
@@ -89,7 +90,7 @@ impl MaterialParameters for ConductorParameters {
     fn row(&self) -> Row {
         let [eta, k] = self.index().map(narrow);
         let ([er, eg, eb], [kr, kg, kb]) = (eta, k);
-        // It has no colour beside its index, but is not black.
+        // It has no colour apart from its index, but it is not black.
         let row = |kind| Row::new(kind, [1.0; 3]);
         match alpha(self.roughness) {
             None => Row { numbers: padded([er, eg, eb, kr, kg, kb]), ..row(Kind::SmoothConductor) },
@@ -142,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_stand_for_their_indices() {
+    fn names_have_their_indices() {
         let named = |name| {
             let place = NAMES.iter().position(|known| *known == name).unwrap();
             ConductorParameters { metal: Some(Word(place)), eta: None, k: None, roughness: [0.0; 2] }
@@ -150,8 +151,8 @@ mod tests {
         let gold = check(named("gold"), &mut Vec::new()).unwrap();
         assert_eq!((gold.metal, gold.eta.is_some(), gold.k.is_some()), (None, true, true));
         assert_eq!(gold.row(), named("gold").row());
-        // Reflectances at normal incidence of spectra under D65, in linear Rec. 709, as `benches/metals.py` prints
-        // them; red of gold is out of gamut there (1.04).
+        // Reflectances at normal incidence of spectra under D65, in linear Rec. 709, as printed by `benches/metals.py`;
+        // red of gold is out of gamut (1.04).
         let reflectances = [
             ("aluminium", [0.907, 0.916, 0.922]),
             ("beryllium", [0.539, 0.533, 0.534]),
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_and_rough_metals_are_programs_of_their_own() {
+    fn smooth_and_rough_metals_have_separate_programs() {
         let row =
             |roughness| ConductorParameters { metal: Some(Word(0)), eta: None, k: None, roughness }.row();
         assert_eq!(row([0.0; 2]).kind, Kind::SmoothConductor);

@@ -1,4 +1,4 @@
-//! Glass and its like, smooth and rough, solid and in thin sheets.
+//! Dielectrics such as glass: smooth and rough, solid and in thin sheets.
 
 use super::conductor::alpha;
 use super::kind::Kind;
@@ -10,27 +10,29 @@ use crate::parameter::limits::{DISTANCE, FRACTION};
 use crate::parameter::{Colour, Number, ParameterKind, Problem, Value, parameters};
 
 parameters! {
-    /// A dielectric interface, smooth or rough; the inside is where the normal does not point.
+    /// A dielectric interface, smooth or rough; the inside is the side that the normal points away from.
     pub struct DielectricParameters: "dielectric", "a dielectric" {
         /// Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water. Within 0.001 of 1
-        /// nothing is refracted.
+        /// there is no refraction.
         ior: f64 = ParameterKind::Number(Number::positive(1e-3, 1e3)),
-        /// Roughness, 0 to 1, whose square is α of a GGX distribution of microfacets: one number, or one along u and one
-        /// along v. Below 0.01 it is perfectly smooth.
+        /// Roughness, 0 to 1. Its square is α of a GGX distribution of microfacets: one number, or one along u and one
+        /// along v. Below 0.01 the surface is perfectly smooth.
         roughness: [f64; 2] = ParameterKind::Pair(Number::between(0.0, 1.0)) => "0",
-        /// Absorption coefficient of the inside, for each unit of length: exp(−absorption · length) is what passes. Dielectrics
-        /// that overlap without priorities keep their own indices of refraction, and the one entered last absorbs.
+        /// Absorption coefficient of the inside per unit of length: the fraction exp(−absorption · length) is
+        /// transmitted. Dielectrics that overlap without priorities keep their own indices of refraction, and the one
+        /// entered last absorbs.
         absorption: Colour = ParameterKind::Colour(DISTANCE) => "[0, 0, 0]" uncounted Value::Colour([0.0; 3]),
-        /// Of dielectrics that overlap the one of the highest priority fills the space, and of equal ones that which was
-        /// entered last. As soon as one in the scene has a priority above 0, every index of refraction, that of smooth glass
-        /// too, is the medium's own, and surfaces refract by the two that meet there.
+        /// Where dielectrics overlap, the one with the highest priority fills the space, and among equal ones the one
+        /// entered last. If any dielectric in the scene has a priority above 0, every index of refraction, including
+        /// that of smooth glass, is that of the medium itself, and surfaces refract by the two media that they
+        /// separate.
         priority: f64 = ParameterKind::Integer(0, MOST_PRIORITY) => "0" uncounted Value::Number(0.0),
-        /// Whether the surface is a thin sheet with the same medium on both sides, through which light goes straight; it has
-        /// no inside that could absorb or overlap others.
+        /// Whether the surface is a thin sheet with the same medium on both sides, through which light passes straight.
+        /// It has no inside that could absorb or overlap others.
         thin_walled: bool = ParameterKind::Flag => "false",
-        /// Tint of what is reflected.
+        /// Tint of reflected light.
         reflectance: Colour = FRACTION => "[1, 1, 1]",
-        /// Tint of what is transmitted.
+        /// Tint of transmitted light.
         transmittance: Colour = FRACTION => "[1, 1, 1]",
     }
     check = check;
@@ -45,7 +47,7 @@ fn check(
     _warnings: &mut Vec<Problem>,
 ) -> Result<DielectricParameters, Problem> {
     let problem = |parameter, message: &str| {
-        let help = Some("take it out, or thin_walled".to_owned());
+        let help = Some("remove it, or remove thin_walled".to_owned());
         Err(Problem { parameter, message: message.into(), help })
     };
     match parameters {
@@ -59,7 +61,7 @@ fn check(
     }
 }
 
-/// An index nearer to one than this has no direction of refraction in single precision.
+/// An index closer to one than this has no direction of refraction in single precision.
 const LEAST_REFRACTION: f64 = 1e-3;
 
 impl MaterialParameters for DielectricParameters {
@@ -73,7 +75,7 @@ impl MaterialParameters for DielectricParameters {
             (true, false) => Kind::Dielectric,
             (true, true) => Kind::RoughThinDielectric,
         };
-        // Paths sample no light where the colour is black, though light may be transmitted.
+        // Paths sample no lights at black colours, although light may be transmitted.
         let least = if rough.is_some() { f32::MIN_POSITIVE } else { 0.0 };
         let medium = Medium { priority: self.priority as u32, absorption: narrow(self.absorption) };
         let row = Row {
@@ -91,7 +93,7 @@ impl MaterialParameters for DielectricParameters {
     }
 }
 
-/// The index of a row of rough microfacets, which a texture may bring near to one.
+/// The index of a row with rough microfacets, which a texture may bring close to one.
 #[inline(always)]
 fn refracting<F: Float>(ior: F) -> F {
     let (off, least) = (ior - 1.0, F::splat(LEAST_REFRACTION as f32));

@@ -9,18 +9,18 @@ use crate::parameter::limits::FRACTION;
 use crate::parameter::{Colour, Number, ParameterKind, parameters};
 
 parameters! {
-    /// A smooth dielectric interface; the inside is where the normal does not point.
+    /// A smooth dielectric interface; the inside is the side that the normal points away from.
     pub struct GlassParameters: "glass", "a glass" {
         /// Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water.
         ior: f64 = ParameterKind::Number(Number::positive(1e-3, 1e3)),
-        /// Tint of what is reflected.
+        /// Tint of reflected light.
         reflectance: Colour = FRACTION => "[1, 1, 1]",
-        /// Tint of what is transmitted.
+        /// Tint of transmitted light.
         transmittance: Colour = FRACTION => "[1, 1, 1]",
     }
 }
 
-/// A smooth dielectric interface; the inside is where the normal does not point.
+/// A smooth dielectric interface; the inside is the side that the normal points away from.
 #[derive(Clone, Copy, Debug)]
 pub struct Glass;
 

@@ -1,11 +1,12 @@
-//! The list of materials, and the kinds that it makes.
+//! The list of materials, and the kinds generated from it.
 
-/// The list of materials, each by its file, its program and its parameters: calls a macro with it, behind tokens for that macro.
+/// The list of materials, each with its file, its program and its parameters: calls a macro with the list, after tokens
+/// for that macro.
 ///
-/// A program without parameters in the list is a further one of a material that has another: its parameters choose.
+/// A program without parameters in the list is a variant of a material with another program: the parameters select it.
 ///
-/// Leaves scatter light ([`super::Leaf`]); choosers have it scattered by another row ([`super::Chooser`]). Lobes of the
-/// first leaf are computed in all lanes, those of the others only where a lane has one: the most frequent comes first.
+/// Leaves scatter light ([`super::Leaf`]); choosers delegate to another row ([`super::Chooser`]). Lobes of the first
+/// leaf are computed in all lanes, those of the others only if a lane has one: the most frequent one comes first.
 macro_rules! materials {
     ($then:ident $($tokens:tt)*) => {
         $then! {
@@ -32,15 +33,15 @@ macro_rules! materials {
 }
 pub(super) use materials;
 
-/// A set of kinds: those that a scene has. Programs and lanes leave out what others would do.
+/// A set of kinds: those in a scene. Programs and lanes omit the code of others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Kinds(u32);
 
 impl Kinds {
-    /// No kind.
+    /// The empty set.
     pub(super) const NONE: Kinds = Kinds(0);
 
-    /// The set with one more.
+    /// The set with one more kind.
     pub(super) const fn with(self, kind: Kind) -> Kinds {
         Kinds(self.0 | 1 << kind as u32)
     }
@@ -64,7 +65,7 @@ macro_rules! kinds {
         leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident $(($leaf_parameters:ident))?,)* }
         choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)* }
     ) => {
-        /// The kinds of materials, by their programs. The GPU has them by these numbers.
+        /// The kinds of materials, by their programs. The GPU uses these numbers.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
         pub enum Kind {
@@ -81,7 +82,7 @@ macro_rules! kinds {
         }
 
         impl Kinds {
-            /// Every kind.
+            /// All kinds.
             pub const ALL: Kinds = {
                 let mut all = Kinds(0);
                 $(
@@ -101,7 +102,7 @@ macro_rules! kinds {
         }
 
         impl Kind {
-            /// Whether the material chooses another row, and has no lobes.
+            /// Whether the material delegates to another row and has no lobes.
             pub fn is_chooser(self) -> bool {
                 match self {
                     $($(#[$leaf_cfg])* Kind::$Leaf => false,)*

@@ -1,11 +1,11 @@
-//! Materials as a scene describes them, by the list of `kind.rs`.
+//! Materials as a scene describes them, from the list in `kind.rs`.
 
 use super::kind::materials;
 use super::program::MaterialParameters;
 use super::row::Row;
 use crate::parameter::family;
 
-/// Takes the programs that have parameters, one after the other, then lists these.
+/// Selects the programs that have parameters, one after the other, then lists these.
 macro_rules! described {
     ({} leaves { $($leaves:tt)* } choosers { $($choosers:tt)* }) => {
         described! { {} $($leaves)* $($choosers)* }
@@ -21,12 +21,12 @@ macro_rules! described {
     };
     ({ $($described:tt)* }) => {
         family! {
-            /// What a material does with light, as a scene describes it.
+            /// A material, as a scene describes it.
             pub enum MaterialKind {
                 $($described)*
             }
 
-            /// The row in which the material's program finds its parameters.
+            /// The row with the parameters of the material's program.
             pub fn row(&self) -> Row = material => material.row();
         }
     };

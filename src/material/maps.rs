@@ -1,4 +1,4 @@
-//! Normals that maps tilt.
+//! Normal maps and bump maps.
 
 use super::modifiers::is_texture;
 use super::row::Site;
@@ -6,17 +6,17 @@ use super::table::MaterialTable;
 use super::walk::Walked;
 use crate::math::{Float, Frame, Vec3, value};
 
-/// The step in uv over which slopes of heights are taken: a quarter of a texel of a picture of 256 a side.
+/// The step in uv for the slopes of heights: a quarter of a texel of a picture of 256 texels per side.
 const STEP: f32 = 1.0 / 1024.0;
 
-/// How uv lie on a surface at a point, in the world.
+/// The parametrisation by uv of a surface at a point, in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct UvBasis<F> {
     /// The gradient of u along the surface.
     pub gradient_u: Vec3<F>,
     /// The gradient of v.
     pub gradient_v: Vec3<F>,
-    /// ∂p/∂u, along which v does not change.
+    /// ∂p/∂u, along which v is constant.
     pub along_u: Vec3<F>,
     /// ∂p/∂v.
     pub along_v: Vec3<F>,
@@ -30,8 +30,8 @@ impl MaterialTable {
         self.textures.value(texture, site).r
     }
 
-    /// The normals that the maps of a walk make of `normal`, of length one, on any side of the surface. `site` is in the
-    /// coordinates of the surface.
+    /// The normals that the maps of a walk give for `normal`, of length one, on either side of the surface. `site` is
+    /// in the coordinates of the surface.
     #[inline(always)]
     pub fn mapped<F: Float>(
         &self,
@@ -51,7 +51,7 @@ impl MaterialTable {
                 #[inline(always)]
                 || {
                     let [u, v] = here.uv;
-                    // Steps as they are after rounding. The point moves as well: noise depends on it.
+                    // Steps as rounded. The point moves as well, because noise depends on it.
                     let (next_u, next_v) = (u + STEP, v + STEP);
                     let (du, dv) = ((next_u - u) / a, (next_v - v) / b);
                     let h = self.height(texture, here);
@@ -76,7 +76,7 @@ impl MaterialTable {
                     let encoded = self.textures.value(texture, here);
                     let (x, y, z) = (encoded.r * 2.0 - 1.0, encoded.g * 2.0 - 1.0, encoded.b * 2.0 - 1.0);
                     let frame = Frame::along(n, basis.along_u);
-                    // Where uv are mirrored, or the normal is turned, v grows the other way.
+                    // If uv are mirrored or the normal is reversed, v increases in the opposite direction.
                     let side = F::splat(1.0).copysign(frame.t.dot(basis.along_v));
                     let tilted = frame.to_world(Vec3::new(x * scale, y * scale * side, z));
                     unit_or(tilted, n)
@@ -87,7 +87,7 @@ impl MaterialTable {
     }
 }
 
-/// A vector over its length; another one where it has none.
+/// A vector divided by its length; another one if its length is zero.
 #[inline(always)]
 fn unit_or<F: Float>(v: Vec3<F>, otherwise: Vec3<F>) -> Vec3<F> {
     let length2 = v.dot(v);

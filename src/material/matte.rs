@@ -1,4 +1,4 @@
-//! The matte material, of the same radiance in all directions.
+//! The diffuse material.
 
 use super::kind::Kind;
 use super::lobes::{Lambertian, OrenNayar};
@@ -18,7 +18,7 @@ parameters! {
     }
 }
 
-/// Scatters evenly, on both sides.
+/// Lambertian reflection on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Matte;
 
@@ -44,7 +44,7 @@ impl Leaf for Matte {
     }
 }
 
-/// Scatters by the Oren–Nayar model, on both sides.
+/// Oren–Nayar reflection on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughMatte;
 

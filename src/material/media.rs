@@ -1,27 +1,27 @@
-//! The media inside of dielectrics.
+//! The media inside dielectrics.
 //!
-//! A scene has them if one of its dielectrics absorbs or has a priority. Then all solid dielectrics bound media, smooth
-//! glass too, which does not absorb and has the priority 0; otherwise there are none, and nothing is kept of what paths
-//! are in.
+//! A scene has media if one of its dielectrics absorbs or has a priority. Then all solid dielectrics bound media,
+//! including smooth glass, which does not absorb and has the priority 0. Otherwise there are none, and paths do not
+//! track their media.
 
 use super::row::{IOR, Medium, Row};
 use crate::math::exp::exp_minus;
 use crate::math::{ColumnReader, Float, Rgb, Uint, function};
 use std::collections::HashMap;
 
-/// The most media of a scene: paths keep their numbers in 16 bits. Zero is no medium.
+/// The maximum number of media in a scene: paths store their numbers in 16 bits. Zero is no medium.
 pub const MOST_MEDIA: usize = 0xffff;
 
-/// The most dielectrics within one another that paths keep.
+/// The maximum number of nested dielectrics that paths track.
 pub const MOST_INTERIORS: usize = 4;
 
-/// All media, and which of them each material bounds: one column for each property. Media are numbered from one; zero is
-/// what is around everything, which neither refracts nor absorbs.
+/// All media, and the one that each material bounds: one column for each property. Media are numbered from one; zero is
+/// the surrounding medium, which neither refracts nor absorbs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Media {
-    /// By rows of materials, with one more at the end: what is inside, zero if nothing is.
+    /// By rows of materials, with one more at the end: the medium inside, zero for none.
     medium: Vec<u32>,
-    /// By media: one more than [`Medium::priority`], zero for what is around everything.
+    /// By media: one more than [`Medium::priority`], zero for the surrounding medium.
     priority: Vec<u32>,
     /// By media.
     index: Vec<f32>,
@@ -32,7 +32,7 @@ pub struct Media {
 }
 
 impl Media {
-    /// Those of some materials. Media that are alike are one.
+    /// The media of some materials. Equal media are merged.
     pub fn new(rows: &[Row]) -> Media {
         let inside = || rows.iter().filter_map(|row| row.medium);
         let nests = inside().any(|medium| medium.priority > 0);
@@ -64,32 +64,33 @@ impl Media {
         media
     }
 
-    /// Media within one another, the one that counts first, as paths keep them: [`MOST_INTERIORS`], two to a word, of which
-    /// the first has the lower 16 bits, and zeros behind them. Further ones are left out.
+    /// Nested media, the effective one first, as paths store them: [`MOST_INTERIORS`], two per word with the first in
+    /// the lower 16 bits, followed by zeros. Further ones are dropped.
     pub fn packed(mut media: impl Iterator<Item = u32>) -> [u32; 2] {
         let mut next = || media.next().unwrap_or(0);
         [(); MOST_INTERIORS / 2].map(|()| next() | (next() << 16))
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.medium.is_empty()
     }
 
-    /// How many there are.
+    /// The number of media.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Whether any has a priority. Then indices of refraction are those of media, and an interface has that of its inside
-    /// over that of the medium around it; otherwise an interface has the index that the scene says, whatever is around it.
+    /// Whether any has a priority. Then indices of refraction are those of media, and an interface has the ratio of the
+    /// index inside to that of the surrounding medium. Otherwise an interface has the index in the scene, whatever
+    /// surrounds it.
     #[inline(always)]
     pub fn nests(&self) -> bool {
         self.nests
     }
 
-    /// Gives the columns to a reader.
+    /// Visits the columns.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let Media { medium, priority, index, absorption, count: _, nests: _ } = self;
         reader.words("medium", medium);
@@ -98,13 +99,13 @@ impl Media {
         reader.vectors("absorption", absorption);
     }
 
-    /// The media inside of materials; zero if nothing is.
+    /// The media inside materials; zero for none.
     #[inline(always)]
     pub fn medium<U: Uint>(&self, material: U) -> U {
         U::gather(&self.medium, material)
     }
 
-    /// Greater where the priority is higher, zero for what is around everything.
+    /// Greater for higher priorities, zero for the surrounding medium.
     #[inline(always)]
     pub fn priority<U: Uint>(&self, medium: U) -> U {
         U::gather(&self.priority, medium)
@@ -116,12 +117,12 @@ impl Media {
         F::gather(&self.index, medium)
     }
 
-    /// The fraction of light that passes through a length `t` of media, which may be infinite: exp(−σt), the law of Beer and
-    /// Lambert.
+    /// The fraction of light that passes through a length `t` of media, which may be infinite: exp(−σt), the
+    /// Beer–Lambert law.
     #[inline(always)]
     pub fn transmittance<F: Float>(&self, medium: F::Uint, t: F) -> Rgb<F> {
         function!(F, transmittance(medium, t), {
-            // What does not absorb at all does not absorb at infinity either.
+            // A medium without absorption does not absorb at infinity either.
             let t = t.min(F::splat(f32::MAX));
             let depth = Rgb::gather(&self.absorption, medium) * t;
             Rgb::new(exp_minus(depth.r), exp_minus(depth.g), exp_minus(depth.b))
@@ -148,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn media_are_there_only_where_something_absorbs_or_has_a_priority() {
+    fn media_exist_only_with_absorption_or_priorities() {
         let glass = GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }.row();
         let clear = dielectric([0.0; 3], 0.0).row();
         assert!(Media::new(&[glass, clear]).is_empty());
@@ -162,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn media_that_are_alike_are_one() {
+    fn equal_media_are_merged() {
         let matte = MatteParameters { reflectance: [0.5; 3], roughness: 0.0 }.row();
         let water = dielectric([0.0, 0.5, 1.0], 2.0);
         let frosted = DielectricParameters { roughness: [0.5; 2], ..water };
@@ -183,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn light_fades_by_the_law_of_beer_and_lambert() {
+    fn transmittance_follows_the_beer_lambert_law() {
         let media = Media::new(&[dielectric([0.0, 0.5, 1.0], 0.0).row()]);
         let [r, g, b] = media.transmittance::<f32>(Wrapping(1), 2.0).lane(0);
         assert!(r == 1.0 && (g - 0.367_879_4).abs() < 1e-6 && (b - 0.135_335_3).abs() < 1e-6, "{g} {b}");

@@ -1,10 +1,11 @@
-//! Metals by name.
+//! The indices of refraction of metals by name.
 //!
-//! The indices are those of refractiveindex.info's database (<https://github.com/polyanskiy/refractiveindex.info-database>
-//! at ff11b58, CC0 1.0), which cites its sources as the lines below do. `benches/metals.py` makes these lines: a
-//! channel's number is the mean of the measured spectrum, from 380 nm to 780 nm, with the weights that a reflectance
-//! spectrum under CIE illuminant D65 has in that channel of linear Rec. 709 (CIE 1931, 2°). The reflectances that follow
-//! are those of the spectra under D65 within 0.02, but for red of gold, which is out of gamut (1.04) and becomes 0.98.
+//! They are derived from the database of refractiveindex.info
+//! (<https://github.com/polyanskiy/refractiveindex.info-database> at ff11b58, CC0 1.0); each line cites the source of
+//! its data. `benches/metals.py` generates these lines. The number of a channel is the mean of the measured spectrum
+//! from 380 nm to 780 nm. Its weights are those by which a reflectance spectrum under CIE illuminant D65 contributes to
+//! that channel of linear Rec. 709 (CIE 1931, 2°). The resulting reflectances match those of the spectra under D65
+//! within 0.02, except for red of gold, which is out of gamut (1.04) and becomes 0.98.
 
 /// A metal's index of refraction η + i·k: red, green, blue.
 pub(super) struct Index {

@@ -1,4 +1,4 @@
-//! Two materials mixed.
+//! A mix of two materials.
 
 use super::kind::Kind;
 use super::program::{Chooser, MaterialParameters};
@@ -7,16 +7,16 @@ use crate::math::Float;
 use crate::parameter::{Number, ParameterKind, parameters};
 
 parameters! {
-    /// Mixes two materials: light meets one or the other, at each hit by chance. One number that is spread evenly over the
-    /// samples of a pixel decides, whatever is nested. Where the two look alike in radiance this adds hardly any noise; a
-    /// pixel of black and white at equal shares has a variance of ¼ a sample with `independent`, and with `sobol` an error
-    /// that falls as the inverse of the samples.
+    /// Mixes two materials: each hit uses one or the other at random. The choice uses one number, stratified over the
+    /// samples of a pixel, for all nested mixes. Between materials of similar radiance this adds little noise. A pixel
+    /// of black and white in equal parts has a variance of ¼ per sample with `independent`; with `sobol` its error
+    /// falls as the inverse of the number of samples.
     pub struct MixParameters: "mix", "a mix", "mix", "mixes" {
         /// The name of the material where `amount` is 0.
         a: usize = ParameterKind::Material,
         /// The name of the material where `amount` is 1.
         b: usize = ParameterKind::Material,
-        /// The share of `b`, 0 to 1, or the name of a texture, of which the red channel counts.
+        /// The fraction of `b`, 0 to 1, or the name of a texture, whose red channel is used.
         amount: f64 = ParameterKind::Amount(Number::between(0.0, 1.0)) => "0.5",
     }
 }
@@ -35,12 +35,12 @@ impl MaterialParameters for MixParameters {
     }
 }
 
-/// It chooses by no uv, but by a number.
+/// The choice depends on a number instead of uv.
 impl Chooser for Mix {}
 
 impl Mix {
-    /// Whether the second material is chosen, where `number` is uniform in [0, 1), and a number that is uniform likewise
-    /// among those that choose as this one does.
+    /// Whether the second material is chosen, where `number` is uniform in [0, 1); and the rescaled number, uniform
+    /// among those with the same choice.
     #[inline(always)]
     pub(super) fn pick<F: Float>(amount: F, number: F) -> (F::Mask, F) {
         let (one, least) = (F::splat(1.0), F::splat(f32::MIN_POSITIVE));
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_the_amount_and_what_is_left_of_the_number_is_uniform() {
+    fn fractions_match_the_amount_and_the_rescaled_number_is_uniform() {
         for amount in [0.0_f32, 0.25, 0.5, 0.9, 1.0] {
             let n = 10_000;
             let (mut counts, mut sums) = ([0_u32; 2], [0.0_f64; 2]);

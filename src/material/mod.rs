@@ -1,11 +1,11 @@
-//! Materials, and the scattering functions that they give a point.
+//! Materials, and their scattering functions at a point.
 //!
-//! A material is a program with a file of its own. A [`Leaf`] makes a lobe of its row's numbers, a [`Chooser`] leads to
-//! another row. `modifiers.rs` has what every material may have besides, `walk.rs` follows rows to the one that light
-//! meets, and `maps.rs` tilts normals. A new material is a new file, a `mod` line here, and a line
-//! in `kind.rs`, which lists all of them.
-//! `lobes/` has a file for each scattering function. `bindings.rs` puts textures in the place of parameters, whatever the
-//! material. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
+//! A material is a program in a file of its own. A [`Leaf`] makes a lobe of its row's numbers; a [`Chooser`] leads to
+//! another row. `modifiers.rs` has the parameters that all materials share, `walk.rs` follows rows to the one that
+//! scatters light, and `maps.rs` evaluates normal and bump maps. A new material needs a new file, a `mod` line here,
+//! and a line in `kind.rs`, which lists all of them. `lobes/` has a file for each scattering function. `bindings.rs`
+//! replaces parameters by textures, independently of the material. [`Bxdf`] is the interface that integrators use;
+//! [`MaterialTable`] finds the [`Bsdf`] of a hit.
 
 mod bindings;
 #[cfg(feature = "broken-material")]
@@ -31,7 +31,7 @@ mod row;
 mod table;
 mod walk;
 
-pub use bindings::{Binding, Bindings, Place, Slot, with_stand_ins};
+pub use bindings::{Binding, Bindings, ParameterSlot, Slot, with_placeholders};
 pub use bsdf::{Bsdf, Local};
 pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::{Kind, Kinds};
@@ -43,7 +43,7 @@ pub use lobes::{
 };
 pub use maps::UvBasis;
 pub use media::{MOST_INTERIORS, MOST_MEDIA, Media};
-pub use modifiers::{ModifierColumns, Modifiers, RowModifiers, stands_alone};
+pub use modifiers::{ModifierColumns, Modifiers, RowModifiers, is_evaluated_directly};
 pub use program::{Chooser, Leaf, MaterialParameters};
 pub use row::{CHOICES, Columns, Medium, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;

@@ -1,4 +1,4 @@
-//! What every material may have besides its own parameters: holes, another material behind, and maps of its normal.
+//! Parameters of all materials: opacity, a material for the back side, and maps of the normal.
 
 use super::list::MaterialKind;
 use super::row::{Row, Site};
@@ -8,38 +8,38 @@ use crate::parameter::{
 };
 use crate::texture::{NO_TEXTURE, TextureTable};
 
-/// Limits of a share.
+/// The limits of a fraction.
 const SHARE: Number = Number::between(0.0, 1.0);
 
 parameters! {
-    /// What every material may have besides its own parameters.
+    /// Parameters that every material may have besides its own.
     pub struct Modifiers: "modifiers", "a material" {
-        /// The share of light that the surface meets, 0 to 1, or the name of a texture, of which the red channel counts. The
-        /// rest passes straight through, which is no bounce; shadow rays are weakened as much. It holds on both sides, and
-        /// does not change what the surface emits. That of a checkerboard, a mix or a material with a `back` is multiplied by
-        /// that of the material that it leads to.
+        /// The fraction of light that interacts with the surface, 0 to 1, or the name of a texture, whose red channel
+        /// is used. The rest passes straight through, which does not count as a bounce; shadow rays are attenuated
+        /// accordingly. It applies to both sides, and does not change the surface's emission. The opacity of a
+        /// checkerboard, a mix or a material with a `back` is multiplied by that of the material that it leads to.
         opacity: f64 = ParameterKind::Amount(SHARE) => "1" uncounted Value::Number(1.0),
-        /// The name of the material that is seen from behind, where the outward normal does not point.
+        /// The name of the material of the back side, which the outward normal points away from.
         back: Option<usize> = ParameterKind::Material => nothing,
-        /// The name of a texture of normals in tangent space: red along u, green along v, blue outwards, each mapped from
-        /// 0…1 to −1…1. Its picture needs `color_space = "data"`. That of an inner material counts instead of this one.
+        /// The name of a texture of normals in tangent space: red along u, green along v, blue outwards, each mapped
+        /// from 0…1 to −1…1. Its picture needs `color_space = "data"`. The map of an inner material replaces this one.
         normal_map: Option<Named> = ParameterKind::Texture => nothing,
-        /// Multiplies x and y of the normals of `normal_map`.
+        /// Scales x and y of the normals of `normal_map`.
         normal_scale: f64 = ParameterKind::Number(Number::between(-1e3, 1e3)) => "1" uncounted Value::Number(1.0),
-        /// The name of a texture of heights, by whose slopes the normal is tilted; its red channel counts. It comes before
-        /// `normal_map`. That of an inner material counts instead of this one.
+        /// The name of a texture of heights, whose slopes tilt the normal; its red channel is used. It is applied
+        /// before `normal_map`. The map of an inner material replaces this one.
         bump_map: Option<Named> = ParameterKind::Texture => nothing,
-        /// The height that a value of 1 in `bump_map` stands for, outwards, in the scene's unit of length.
+        /// The height, outwards and in the scene's unit of length, of a value of 1 in `bump_map`.
         bump_scale: f64 = ParameterKind::Number(Number::between(-1e18, 1e18)) => "1" uncounted Value::Number(1.0),
     }
     check = check;
 }
 
-/// Scales without a map do nothing.
+/// Scales without a map have no effect.
 fn check(modifiers: Modifiers, warnings: &mut Vec<Problem>) -> Result<Modifiers, Problem> {
     let Modifiers { normal_map, normal_scale, bump_map, bump_scale, .. } = modifiers;
     let mut warn = |parameter, map: &str| {
-        let message = format!("{parameter} without a {map} changes nothing");
+        let message = format!("{parameter} has no effect without a {map}");
         warnings.push(Problem { parameter, message, help: Some(format!("name a texture as {map}")) });
     };
     if normal_map.is_none() && (normal_scale - 1.0).abs() > 0.0 {
@@ -51,7 +51,7 @@ fn check(modifiers: Modifiers, warnings: &mut Vec<Problem>) -> Result<Modifiers,
     Ok(modifiers)
 }
 
-/// None of them.
+/// No modifiers.
 impl Default for Modifiers {
     fn default() -> Self {
         Modifiers {
@@ -65,7 +65,7 @@ impl Default for Modifiers {
     }
 }
 
-/// The family of one member, so that they are read, checked and counted as parameters of materials are.
+/// A family with one member, so that modifiers are read, checked and counted like parameters of materials.
 impl Family for Modifiers {
     const DECLARATIONS: &'static [Declaration] = &[<Modifiers as Declared>::DECLARATION];
 
@@ -86,9 +86,9 @@ impl Family for Modifiers {
     }
 }
 
-/// Whether a parameter of a material is one whose texture is looked up by itself and stands for no number of a lobe: a
-/// map, an opacity, the amount of a mix.
-pub fn stands_alone(kind: &MaterialKind, parameter: &str) -> bool {
+/// Whether a texture of this parameter is evaluated by itself instead of replacing a number of a lobe: a map, an
+/// opacity, or the amount of a mix.
+pub fn is_evaluated_directly(kind: &MaterialKind, parameter: &str) -> bool {
     let own = kind.declaration().into_iter().flat_map(|declaration| declaration.parameters);
     let common = <Modifiers as Declared>::DECLARATION.parameters;
     own.chain(common).any(|known| {
@@ -97,16 +97,16 @@ pub fn stands_alone(kind: &MaterialKind, parameter: &str) -> bool {
     })
 }
 
-/// Of a row: what it has besides its own parameters, with textures as the [`TextureTable`] knows them.
+/// The modifiers of a row, with textures by their index in the [`TextureTable`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowModifiers {
-    /// The opacity where it is no texture.
+    /// The opacity, if it is not a texture.
     pub opacity: f32,
-    /// The texture that it is, or [`NO_TEXTURE`], as all textures here.
+    /// The texture of the opacity, or [`NO_TEXTURE`], as for all textures here.
     pub opacity_texture: u32,
-    /// The texture that the amount of a mix is.
+    /// The texture of a mix's amount.
     pub amount_texture: u32,
-    /// The row that is seen from behind, one before this.
+    /// The row of the back side, which precedes this one.
     pub back: Option<u32>,
     /// The texture of normals.
     pub normal_map: u32,
@@ -118,7 +118,7 @@ pub struct RowModifiers {
     pub bump_scale: f32,
 }
 
-/// None.
+/// No modifiers.
 impl Default for RowModifiers {
     fn default() -> Self {
         RowModifiers {
@@ -144,17 +144,17 @@ impl RowModifiers {
     }
 }
 
-/// The bit of rows that have a map.
+/// The bit of rows with a map.
 const MAP: u32 = 1;
-/// The bit of rows that have another one behind.
+/// The bit of rows with a material for the back side.
 const BACK: u32 = 2;
-/// The bit of rows that have holes.
+/// The bit of rows with an opacity.
 const HOLE: u32 = 4;
 
 /// The modifiers of all rows, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModifierColumns {
-    /// Which modifiers a row has.
+    /// The modifiers of each row, as bits.
     modified: Vec<u32>,
     opacity: Vec<f32>,
     opacity_texture: Vec<u32>,
@@ -164,20 +164,20 @@ pub struct ModifierColumns {
     normal_scale: Vec<f32>,
     bump_map: Vec<u32>,
     bump_scale: Vec<f32>,
-    /// Whether any row has holes.
+    /// Whether any row has an opacity.
     pub(super) has_holes: bool,
-    /// Whether any row has another one behind.
+    /// Whether any row has a material for the back side.
     pub(super) has_backs: bool,
-    /// Whether any row has a map of normals.
+    /// Whether any row has a normal map.
     pub(super) has_normals: bool,
-    /// Whether any row has a map of heights.
+    /// Whether any row has a bump map.
     pub(super) has_bumps: bool,
     /// Whether the amount of any mix is a texture.
     pub(super) has_amounts: bool,
 }
 
 impl ModifierColumns {
-    /// Those of some rows.
+    /// The modifiers of some rows.
     pub(super) fn new(rows: &[RowModifiers]) -> ModifierColumns {
         let mut all = ModifierColumns::default();
         for (i, row) in (0..).zip(rows) {
@@ -200,7 +200,7 @@ impl ModifierColumns {
         all
     }
 
-    /// Whether any row has any.
+    /// Whether any row has modifiers.
     #[inline(always)]
     pub(super) fn has_any(&self) -> bool {
         self.has_holes | self.has_backs | self.has_maps()
@@ -212,7 +212,7 @@ impl ModifierColumns {
         self.has_normals | self.has_bumps
     }
 
-    /// Gives all columns to a reader.
+    /// Visits all columns.
     pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         reader.words("modified", &self.modified);
         reader.floats("opacity", &self.opacity);
@@ -225,7 +225,7 @@ impl ModifierColumns {
         reader.floats("bump_scale", &self.bump_scale);
     }
 
-    /// The lanes whose row has any.
+    /// The lanes whose row has modifiers.
     #[inline(always)]
     pub(super) fn lanes<F: Float>(&self, row: F::Uint) -> F::Mask {
         F::Uint::splat(0).lt(F::Uint::gather(&self.modified, row))
@@ -243,7 +243,7 @@ impl ModifierColumns {
         self.with::<F>(row, MAP)
     }
 
-    /// The lanes whose row has another one behind, and these.
+    /// The lanes whose row has a material for the back side, and these materials.
     #[inline(always)]
     pub(super) fn back<F: Float>(&self, row: F::Uint) -> (F::Mask, F::Uint) {
         (self.with::<F>(row, BACK), F::Uint::gather(&self.back, row))
@@ -255,7 +255,7 @@ impl ModifierColumns {
         share(textures, F::Uint::gather(&self.opacity_texture, row), F::gather(&self.opacity, row), site)
     }
 
-    /// The amounts of mixes at a point, which are `own` where they are no texture.
+    /// The amounts of mixes at a point; `own` if they are not textures.
     #[inline(always)]
     pub(super) fn amount<F: Float>(&self, textures: &TextureTable, row: F::Uint, own: F, site: Site<F>) -> F {
         if !self.has_amounts {
@@ -283,7 +283,7 @@ pub(super) fn is_texture<F: Float>(texture: F::Uint) -> F::Mask {
     texture.lt(F::Uint::splat(NO_TEXTURE))
 }
 
-/// The red channel of textures, within 0…1; `own` where there is none.
+/// The red channel of textures, limited to 0…1; `own` without a texture.
 #[inline(always)]
 fn share<F: Float>(textures: &TextureTable, texture: F::Uint, own: F, site: Site<F>) -> F {
     F::branch(
@@ -294,9 +294,9 @@ fn share<F: Float>(textures: &TextureTable, texture: F::Uint, own: F, site: Site
     )
 }
 
-/// The greatest number of steps from a row to a leaf, by way of choices and of rows behind, of which each is before the
-/// row that leads to it.
-pub(super) fn longest_way(rows: &[Row], modifiers: &[RowModifiers]) -> u32 {
+/// The greatest number of steps from a row to a leaf, through choosers and materials of back sides. All of them precede
+/// the rows that lead to them.
+pub(super) fn longest_path(rows: &[Row], modifiers: &[RowModifiers]) -> u32 {
     let mut steps: Vec<u32> = Vec::with_capacity(rows.len());
     for (row, own) in rows.iter().zip(modifiers) {
         let choices = if row.kind.is_chooser() { &row.choices[..] } else { &[] };
@@ -311,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scales_without_maps_are_told_of() {
+    fn scales_without_maps_are_reported() {
         let told = |modifiers: Modifiers| {
             let mut warnings = Vec::new();
             assert_eq!(modifiers.check(&mut warnings), Ok(modifiers));

@@ -7,21 +7,21 @@ use crate::math::lanes::Value;
 
 /// The parameters of a material, as a scene describes it.
 pub trait MaterialParameters {
-    /// The row in which the material's program finds them.
+    /// The row with the parameters of the material's program.
     fn row(&self) -> Row;
 }
 
-/// A material that scatters light: a program that makes a lobe, which may be a combination of several, of the numbers of
-/// a row and the point where they are looked at.
+/// A material that scatters light: a program that makes a lobe, possibly a combination of several, from the numbers of
+/// a row and the point of evaluation.
 ///
-/// Where the colour of the row is black, every lobe that is not a delta must be black, too: paths sample no lights there
-/// (see [`Bsdf::is_black`](super::Bsdf::is_black)).
+/// If the colour of the row is black, every lobe that is not a delta lobe must be black, too, because paths sample no
+/// lights there (see [`Bsdf::is_black`](super::Bsdf::is_black)).
 pub trait Leaf {
     /// Whether it uses [`Site::uv`], which are unspecified otherwise.
-    const LOOKS_AT_UV: bool = false;
+    const USES_UV: bool = false;
 
-    /// Whether its lobe is computed where lanes need it, as those of frequent materials are. All others together are out
-    /// of line: scenes without them would pay for tests and registers between the frequent ones.
+    /// Whether its lobe is computed inline, as those of frequent materials are. All others together are out of line,
+    /// because scenes without them would pay for tests and registers between the frequent ones.
     const IS_FREQUENT: bool = false;
 
     /// Its BxDF.
@@ -31,19 +31,19 @@ pub trait Leaf {
     fn lobe<F: Float>(numbers: &Numbers<F>, site: &Site<F>) -> Self::Lobe<F>;
 }
 
-/// A material that stands for one of several others. One that does not choose by uv overrides nothing, and is followed
-/// by name where materials are walked through (`walk.rs`).
+/// A material that delegates to one of several others. One that does not choose by uv overrides no function, and
+/// `walk.rs` handles it by name.
 pub trait Chooser {
     /// Whether it chooses by uv.
     const BY_UV: bool = false;
 
-    /// The row that a row of this kind chooses at uv, and the uv for the chosen one.
+    /// The row chosen at uv by a row of this kind, and the uv for the chosen one.
     #[inline(always)]
     fn choose<F: Float>(_columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]) {
         (row, uv)
     }
 
-    /// The lengths of the chosen one's uv for each length of uv.
+    /// The lengths of the chosen row's uv per length of uv.
     #[inline(always)]
     fn uv_scale<F: Float>(_columns: &Columns, _row: F::Uint) -> [F; 2] {
         [F::splat(1.0); 2]

@@ -1,13 +1,13 @@
-//! A material as the table keeps it, and as lanes read it.
+//! A material in the representation of the table and of lanes.
 
 use super::kind::Kind;
 use crate::math::{ColumnReader, Float, Rgb, Uint, value};
 pub use crate::texture::Site;
 
-/// Numbers of a row beyond its colour: as many as the material with the most has.
+/// The number of further numbers of a row: as many as the material with the most needs.
 pub const NUMBERS: usize = 8;
 
-/// Rows that one row chooses among.
+/// The number of rows among which one row chooses.
 pub const CHOICES: usize = 2;
 
 /// The names of the columns of numbers.
@@ -17,38 +17,38 @@ const NUMBER_NAMES: [&str; NUMBERS] =
 /// The names of the columns of choices.
 const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 
-/// The place of a dielectric's index of refraction among the numbers of its row.
+/// The index of a dielectric's index of refraction among the numbers of its row.
 pub(super) const IOR: usize = 3;
 
-/// The medium inside of a dielectric, but for its index of refraction.
+/// The medium inside a dielectric, except for its index of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
-    /// Of media that overlap the one of the highest priority counts.
+    /// Where media overlap, the one with the highest priority is effective.
     pub priority: u32,
-    /// Absorption coefficient σ for each unit of length.
+    /// The absorption coefficient σ per unit of length.
     pub absorption: [f32; 3],
 }
 
 /// One material: its program, and the program's parameters. A parameter may be a texture if its value, or the square of
-/// it, is here as the scene says it: what depends on it otherwise is computed at the hit.
+/// it, is stored unchanged: numbers that depend on it in other ways are computed at the hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// The program.
     pub kind: Kind,
-    /// The colour that most materials have. Where it is black, lobes that are not deltas must be black.
+    /// The colour that most materials have. If it is black, lobes that are not delta lobes must be black.
     pub colour: [f32; 3],
-    /// Further parameters of the program, in its own order; zero beyond them.
+    /// Further parameters of the program, in its own order, followed by zeros.
     pub numbers: [f32; NUMBERS],
-    /// The rows that a chooser chooses among, all of them before this one.
+    /// The rows among which a chooser chooses, all of which precede this one.
     pub choices: [u32; CHOICES],
-    /// Whether it scatters differently along u and along v, so that frames have to follow uv.
+    /// Whether it scatters differently along u and v, so that frames have to follow uv.
     pub is_anisotropic: bool,
-    /// What is inside of a solid dielectric.
+    /// The medium inside a solid dielectric.
     pub medium: Option<Medium>,
 }
 
 impl Row {
-    /// A row that has no more than a colour.
+    /// A row with only a colour.
     pub(super) fn new(kind: Kind, colour: [f32; 3]) -> Row {
         Row {
             kind,
@@ -61,14 +61,14 @@ impl Row {
     }
 }
 
-/// A program's numbers in the place of as many as a row has.
+/// The numbers of a program, extended to those of a row.
 pub(super) fn padded<const N: usize>(numbers: [f32; N]) -> [f32; NUMBERS] {
     let mut all = [0.0; NUMBERS];
     all[..N].copy_from_slice(&numbers);
     all
 }
 
-/// The numbers of each lane's row, of which programs make lobes.
+/// The numbers of each lane's row, from which programs make lobes.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers<F> {
     /// [`Row::colour`].
@@ -86,7 +86,7 @@ pub struct Columns {
     colour: [Vec<f32>; 3],
     numbers: [Vec<f32>; NUMBERS],
     choices: [Vec<u32>; CHOICES],
-    /// The columns of numbers in which any leaf has another value than zero come before this one.
+    /// Only columns before this one have values other than zero in any leaf.
     used: usize,
 }
 
@@ -102,7 +102,7 @@ impl Columns {
         }
     }
 
-    /// Gives all columns to a reader, also those of numbers that no row has.
+    /// Visits all columns, including those of numbers that no row uses.
     pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let Columns { kind, colour, numbers, choices, used: _ } = self;
         reader.words("kind", kind);
@@ -117,7 +117,7 @@ impl Columns {
         U::gather(&self.kind, row)
     }
 
-    /// One of the rows that choosers choose among.
+    /// One of the rows among which choosers choose.
     #[inline(always)]
     pub(super) fn choice<U: Uint>(&self, i: usize, row: U) -> U {
         U::gather(&self.choices[i], row)
@@ -129,11 +129,11 @@ impl Columns {
         F::gather(&self.numbers[i], row)
     }
 
-    /// All numbers that leaves make lobes of.
+    /// All numbers from which leaves make lobes.
     #[inline(always)]
     pub(super) fn numbers<F: Float>(&self, row: F::Uint) -> Numbers<F> {
-        // Most scenes use colours alone. `used` is the same at every hit, so that the branches are predicted.
-        // Array by array, as loops over one would keep it in memory.
+        // Most scenes use only colours. `used` is the same at every hit, so that the branches are predicted. The arrays
+        // are listed one by one, because a loop over them would keep them in memory.
         let mut first = [F::zero(); NUMBERS / 2];
         if self.used > 0 {
             first = [self.number(0, row), self.number(1, row), self.number(2, row), self.number(3, row)];

@@ -1,11 +1,11 @@
-//! A scene's materials as a table, in which lanes look up their BSDFs.
+//! The table of a scene's materials, in which lanes look up their BSDFs.
 
 use super::bindings::{Binding, Bindings};
 use super::bsdf::{Bsdf, Local};
 use super::bxdf::Bxdf;
 use super::kind::{Kind, Kinds, materials};
 use super::media::Media;
-use super::modifiers::{ModifierColumns, RowModifiers, longest_way};
+use super::modifiers::{ModifierColumns, RowModifiers, longest_path};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
@@ -61,7 +61,7 @@ macro_rules! leaves_that_look {
         $(
             $(#[$cfg])*
             {
-                if super::$module::$Leaf::LOOKS_AT_UV {
+                if super::$module::$Leaf::USES_UV {
                     lanes = lanes | $kind.eq(F::Uint::splat(Kind::$Leaf as u32));
                 }
             }
@@ -99,7 +99,7 @@ macro_rules! choose {
     };
 }
 
-/// Multiplies lengths of uv by those within choosers.
+/// Multiplies lengths of uv by the scale within choosers.
 macro_rules! magnify {
     (
         { $table:ident, $kind:ident, $row:ident, $scale:ident }
@@ -120,18 +120,18 @@ macro_rules! magnify {
 }
 
 impl MaterialTable {
-    /// The table of these rows; a chooser names only rows before its own.
+    /// The table of these rows; a chooser refers only to rows before its own.
     pub fn new(rows: Vec<Row>) -> MaterialTable {
         MaterialTable::with_textures(rows, &[], Arc::default())
     }
 
-    /// The same with textures in the place of some parameters.
+    /// The same with textures in place of some parameters.
     pub fn with_textures(rows: Vec<Row>, bindings: &[Binding], textures: Arc<TextureTable>) -> MaterialTable {
         let modifiers = vec![RowModifiers::default(); rows.len()];
         MaterialTable::modified(rows, bindings, &modifiers, textures)
     }
 
-    /// The same with modifiers, as many as rows: a row behind another one is before it.
+    /// The same with modifiers, one per row; the row of a back side precedes the row that refers to it.
     pub fn modified(
         rows: Vec<Row>,
         bindings: &[Binding],
@@ -140,7 +140,7 @@ impl MaterialTable {
     ) -> MaterialTable {
         let mut columns = Columns::default();
         rows.iter().for_each(|row| columns.push(row));
-        let nesting = longest_way(&rows, modifiers);
+        let nesting = longest_path(&rows, modifiers);
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
         let is_anisotropic = rows.iter().any(|row| row.is_anisotropic);
         let bindings = Bindings::new(rows.len(), bindings);
@@ -158,7 +158,7 @@ impl MaterialTable {
             textures,
         };
         let all = 0..table.rows.len() as u32;
-        table.uses_uv = all.clone().any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
+        table.uses_uv = all.clone().any(|row| table.lanes_using_uv::<f32>(Wrapping(row)));
         table.has_delta = all.clone().any(|row| {
             let numbers = table.columns.numbers::<f32>(Wrapping(row));
             let site = Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 };
@@ -167,18 +167,18 @@ impl MaterialTable {
         table
     }
 
-    /// The rows that the table was made of.
+    /// The rows from which the table was made.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// Gives the columns of all rows to a reader.
+    /// Visits the columns of all rows.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.columns.columns(reader);
         self.modifiers.columns(reader);
     }
 
-    /// The textures in the place of parameters.
+    /// The textures in place of parameters.
     pub fn bindings(&self) -> &Bindings {
         &self.bindings
     }
@@ -194,19 +194,19 @@ impl MaterialTable {
         self.uses_uv
     }
 
-    /// Whether any material scatters differently along u and along v.
+    /// Whether any material scatters differently along u and v.
     #[inline(always)]
     pub fn is_anisotropic(&self) -> bool {
         self.is_anisotropic
     }
 
-    /// The media inside of dielectrics, if the scene has any.
+    /// The media inside dielectrics, if the scene has any.
     #[inline(always)]
     pub fn media(&self) -> Option<&Media> {
         if self.media.is_empty() { None } else { Some(&self.media) }
     }
 
-    /// Gives the columns of media to a reader, empty ones if there are none.
+    /// Visits the columns of media, which are empty if there are none.
     pub fn media_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.media.columns(reader);
     }
@@ -219,7 +219,7 @@ impl MaterialTable {
 
     /// The lanes whose material uses uv.
     #[inline(always)]
-    pub fn looks_at_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
+    pub fn lanes_using_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
         let kind = self.columns.kind(material);
         let mut look = materials!(lanes_that_choose self, kind) | materials!(leaves_that_look kind);
         if self.modifiers.has_any() {
@@ -228,8 +228,8 @@ impl MaterialTable {
         if self.bindings.is_empty() { look } else { look | self.bindings.lanes::<F>(material) }
     }
 
-    /// The material at uv, a leaf, and the uv for it: choosers are followed until there is a leaf. In a table that
-    /// [is walked](Self::is_walked) see [`Self::walk`].
+    /// The material at uv, a leaf, and the uv for it: choosers are followed to a leaf. In a table that [is
+    /// walked](Self::is_walked), use [`Self::walk`].
     #[inline(always)]
     pub fn resolve<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> (F::Uint, [F; 2]) {
         for _ in 0..self.nesting {
@@ -250,7 +250,7 @@ impl MaterialTable {
         (row, uv)
     }
 
-    /// The lengths of uv after a step for each length of those before it.
+    /// The lengths of uv after a step per length before it.
     #[inline(always)]
     pub(super) fn uv_scale<F: Float>(&self, kind: F::Uint, row: F::Uint) -> [F; 2] {
         let mut scale = [F::splat(1.0); 2];
@@ -258,7 +258,7 @@ impl MaterialTable {
         scale
     }
 
-    /// The area of the uv that [`Self::resolve`] gives for each area of those that it is given.
+    /// The area of the uv returned by [`Self::resolve`] per area of its input.
     #[inline(always)]
     pub fn uv_area_scale<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> F {
         let mut area = F::splat(1.0);
@@ -276,8 +276,8 @@ impl MaterialTable {
     pub fn bsdf<F: Float>(&self, material: F::Uint, site: Site<F>) -> Bsdf<F> {
         let (kind, mut numbers) = (self.columns.kind(material), self.columns.numbers(material));
         if !self.bindings.is_empty() {
-            // Blended, as all `out_of_line` answers on the way of scenes without them: what may come from two places in
-            // memory would have to go through it.
+            // Blended, as all results of `out_of_line` on the path of scenes without them: a value from two places in
+            // memory would have to pass through memory.
             let own = numbers;
             numbers = F::branch(
                 self.bindings.lanes::<F>(material),
@@ -289,7 +289,7 @@ impl MaterialTable {
         self.bsdf_of(Local { kind, numbers, site })
     }
 
-    /// The BSDFs that are made of this.
+    /// The BSDFs made of this data.
     #[inline(always)]
     pub fn bsdf_of<F: Float>(&self, local: Local<F>) -> Bsdf<F> {
         Bsdf { local, kinds: self.kinds }
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn nested_checks_see_the_coordinates_within_their_check() {
+    fn nested_checks_use_coordinates_within_their_check() {
         let table = checkers();
         assert_eq!(
             [0, 2, 3].map(|row| table.uv_area_scale::<f32>(Wrapping(row), [0.05, 0.02])),
@@ -335,13 +335,13 @@ mod tests {
         assert_eq!([at(0.05, 0.02), at(0.05, 0.06), at(0.15, 0.06)], [0, 1, 0]);
         assert_eq!(at(0.05, 0.55), 1, "the outer check (0, 1) is plain mirror");
         assert_eq!(table.resolve::<f32>(Wrapping(0), [0.5, 0.5]), (Wrapping(0), [0.5, 0.5]));
-        // (1.5, 0.5) in tenths, from (0.15, 0.025) across the outer check.
+        // (1.5, 0.5) in tenths, from (0.15, 0.025) within the outer check.
         let (_, [u, v]) = table.resolve::<f32>(Wrapping(3), [0.15, 0.025]);
         assert!((u - 0.5).abs() < 1e-5 && (v - 0.5).abs() < 1e-5, "({u}, {v})");
     }
 
     #[test]
-    fn numbers_that_some_rows_have_are_read_in_their_lanes() {
+    fn numbers_of_some_rows_are_read_in_their_lanes() {
         let site = Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 };
         let glass =
             GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.75, 0.5, 0.25] }.row();

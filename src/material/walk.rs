@@ -1,5 +1,5 @@
-//! The way from the material of an entity to the one that light meets at a point: through choices, to what is behind, and
-//! past holes and maps.
+//! The path from an entity's material to the one that scatters light at a point: through choices, back sides, opacities
+//! and maps.
 
 use super::kind::Kind;
 use super::mix::Mix;
@@ -7,23 +7,23 @@ use super::row::Site;
 use super::table::MaterialTable;
 use crate::math::{Float, Mask, Uint, function, value};
 
-/// The row of no map.
+/// The row without a map.
 const NO_ROW: u32 = u32::MAX;
 
-/// Where a walk has come to.
+/// The state of a walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Walked<F: Float> {
-    /// The row in the table; at the end of the walk that of a leaf.
+    /// The row in the table; at the end of the walk, that of a leaf.
     pub material: F::Uint,
     /// The coordinates for it.
     pub uv: [F; 2],
-    /// The lengths of these for each length of the surface's own.
+    /// The lengths of these per length of the surface's own.
     pub scale: [F; 2],
-    /// The product of the opacities on the way.
+    /// The product of the opacities on the path.
     pub opacity: F,
-    /// Whether the row's own opacity is yet to be multiplied: steps from a leaf stay there.
+    /// Whether the row's own opacity has not been multiplied yet: steps from a leaf remain there.
     is_new: F::Mask,
-    /// The number by which the next mix chooses: uniform in [0, 1).
+    /// The number for the next mix, uniform in [0, 1).
     number: F,
     /// The last row with a map, or [`NO_ROW`], and the coordinates for it.
     pub(super) map: F::Uint,
@@ -34,7 +34,7 @@ pub struct Walked<F: Float> {
 value!(Walked { material, uv, scale, opacity, is_new, number, map, map_uv, map_scale });
 
 impl<F: Float> Walked<F> {
-    /// The lanes that have come by a map.
+    /// The lanes whose path includes a map.
     #[inline(always)]
     pub fn has_map(&self) -> F::Mask {
         self.map.lt(F::Uint::splat(NO_ROW))
@@ -42,33 +42,34 @@ impl<F: Float> Walked<F> {
 }
 
 impl MaterialTable {
-    /// Whether more is met on the way to a leaf than choices by uv, so that [`Self::walk`] says what
-    /// [`Self::resolve`] does not.
+    /// Whether there is more than choices by uv on the path to a leaf, so that [`Self::walk`] differs from
+    /// [`Self::resolve`].
     #[inline(always)]
     pub fn is_walked(&self) -> bool {
         self.kinds.has(Kind::Mix) | self.modifiers.has_any()
     }
 
-    /// Whether there are holes, so that paths may go straight through surfaces.
+    /// Whether any material has an opacity, so that paths may pass straight through surfaces.
     #[inline(always)]
     pub fn has_holes(&self) -> bool {
         self.modifiers.has_holes
     }
 
-    /// Whether any normal is tilted by a map.
+    /// Whether any material has a normal or bump map.
     #[inline(always)]
     pub fn has_maps(&self) -> bool {
         self.modifiers.has_maps()
     }
 
-    /// Whether what is met depends on a random number.
+    /// Whether the choice of a material depends on a random number.
     #[inline(always)]
-    pub fn takes_chances(&self) -> bool {
+    pub fn is_stochastic(&self) -> bool {
         self.kinds.has(Kind::Mix) | self.modifiers.has_holes
     }
 
-    /// The leaf that light meets at a point of rows, `site`, in the coordinates of the surface. `behind` are the lanes
-    /// that see the surface from where its normal does not point. Mixes choose by `number`, uniform in [0, 1).
+    /// The leaf that scatters light at a point of rows, `site`, in the coordinates of the surface. `behind` are the
+    /// lanes that see the surface from the side that its normal points away from. Mixes choose by `number`, uniform in
+    /// [0, 1).
     #[inline(always)]
     pub fn walk<F: Float>(&self, row: F::Uint, site: Site<F>, behind: F::Mask, number: F) -> Walked<F> {
         let one = F::splat(1.0);
@@ -89,7 +90,7 @@ impl MaterialTable {
         walked
     }
 
-    /// What the row of a walk says for itself, and the row that it leads to; a leaf with nothing behind leads nowhere.
+    /// The effect of a row on a walk, and the next row; a leaf without a back side is the end.
     #[inline(always)]
     fn step<F: Float>(&self, walked: Walked<F>, site: Site<F>, behind: F::Mask) -> Walked<F> {
         function!(F, walk_on(walked, site, behind), {
@@ -142,7 +143,7 @@ impl MaterialTable {
     }
 }
 
-/// `a` where the mask holds, `b` elsewhere.
+/// `a` where the mask is set, `b` elsewhere.
 #[inline(always)]
 fn select2<F: Float>(mask: F::Mask, [a0, a1]: [F; 2], [b0, b1]: [F; 2]) -> [F; 2] {
     [F::select(mask, a0, b0), F::select(mask, a1, b1)]
@@ -159,8 +160,8 @@ mod tests {
     use crate::math::lanes::scalar::Wrapping;
     use std::sync::Arc;
 
-    /// A matte (0), a mirror (1), a mix of them (2), a checkerboard of that and the mirror (3), and a mix of that and the
-    /// matte (4).
+    /// A matte (0), a mirror (1), a mix of them (2), a checkerboard of that and the mirror (3), and a mix of that and
+    /// the matte (4).
     fn table(modifiers: [RowModifiers; 5]) -> MaterialTable {
         let rows = vec![
             MatteParameters { reflectance: [0.1; 3], roughness: 0.0 }.row(),
@@ -178,16 +179,16 @@ mod tests {
     }
 
     #[test]
-    fn a_number_chooses_through_everything_that_is_nested() {
+    fn one_number_chooses_in_all_nested_mixes() {
         let table = table([RowModifiers::default(); 5]);
-        assert!(table.is_walked() && table.takes_chances() && !table.has_holes() && !table.has_maps());
+        assert!(table.is_walked() && table.is_stochastic() && !table.has_holes() && !table.has_maps());
         let n = 1600;
         let mut counts = [0; 2];
         for i in 0..n {
             let found = walk(&table, 4, [0.1, 0.1], false, (i as f32 + 0.5) / n as f32);
             counts[found.material.0 as usize] += 1;
         }
-        // Half is matte at once, and of the other half three quarters.
+        // Half chooses the matte at once, and three quarters of the other half do.
         assert_eq!(counts, [1400, 200]);
         let odd = walk(&table, 3, [0.6, 0.1], false, 0.9);
         assert_eq!((odd.material.0, odd.scale), (1, [2.0, 3.0]));
@@ -196,12 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_is_seen_from_there_alone() {
+    fn back_sides_are_seen_only_from_behind() {
         let mut modifiers = [RowModifiers::default(); 5];
         (modifiers[1].back, modifiers[1].opacity) = (Some(0), 0.5);
         modifiers[3].opacity = 0.25;
         let table = table(modifiers);
-        assert!(table.has_holes() && table.takes_chances());
+        assert!(table.has_holes() && table.is_stochastic());
         let found = |row, behind| {
             let found = walk(&table, row, [0.6, 0.1], behind, 0.9);
             (found.material.0, found.opacity)

@@ -1,17 +1,17 @@
-//! Numbers without end, in each lane.
+//! Endless streams of random numbers, in each lane.
 
 use super::block::PathId;
 use super::independent::pcg4d;
 use crate::math::{Float, Uint, value};
 
-/// An endless stream of independent numbers for a decision of a path that takes an unknown count of them, as a chain or
-/// a free flight through a medium does. It is a function of (seed, pixel, sample, block): a path draws the same numbers
-/// whichever lane it is in, and whatever the other lanes draw. After 2³⁴ numbers it begins anew.
+/// An endless stream of independent numbers for a decision that needs an unknown count of them, as a chain or a free
+/// flight through a medium does. It is a function of (seed, pixel, sample, block): a path draws the same numbers in
+/// whichever lane it is, and whatever the other lanes draw. Its period is 2³⁴ numbers.
 ///
-/// Draw n is the hash of a key and n, where the key is four words that are hashed from what the stream is a function of.
+/// Draw n is the hash of a key and n. The key consists of four words, a hash of the arguments of the stream.
 #[derive(Clone, Copy, Debug)]
 pub struct EndlessStream<F: Float> {
-    /// The key, to whose last word the count of draws has been added.
+    /// The key, with the number of draws added to its last word.
     words: [F::Uint; 4],
 }
 
@@ -24,7 +24,7 @@ impl<F: Float> EndlessStream<F> {
         EndlessStream { words: pcg4d::<F>([path.pixel, path.sample, block, seed]) }
     }
 
-    /// The next four numbers in [0, 1), for the lanes of a mask; in the others nothing is drawn.
+    /// The next four numbers in [0, 1), for the lanes of a mask; in others nothing is drawn.
     #[inline(always)]
     pub fn draw(&mut self, lanes: F::Mask) -> [F; 4] {
         let [x, y, z, w] = pcg4d::<F>(self.words);
@@ -47,20 +47,20 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_is_a_function_of_seed_pixel_sample_and_block_alone() {
+    fn a_stream_is_a_function_of_seed_pixel_sample_and_block() {
         let draw = |[seed, pixel, sample, block]: [u32; 4]| stream(seed, pixel, sample, block).draw(true);
         let keys = [[1, 2, 3, 4], [2, 2, 3, 4], [1, 3, 3, 4], [1, 2, 4, 4], [1, 2, 3, 5]];
         let draws: BTreeSet<_> = keys.map(|key| draw(key).map(f32::to_bits)).into();
         assert_eq!(draws.len(), keys.len());
         assert_eq!(draw(keys[0]), draw(keys[0]));
-        // It is not the sampler's, and the same beside every sampler.
+        // It differs from the sampler's numbers, and is the same for all samplers.
         let path = PathId::<f32> { pixel: Wrapping(2), sample: Wrapping(3) };
         assert_ne!(draw(keys[0]), Independent { seed: 1 }.draw(path, Wrapping(4)));
         assert_eq!(draw(keys[0]), Sampler::from(Sobol { seed: 1 }).endless(path, Wrapping(4)).draw(true));
     }
 
     #[test]
-    fn a_lane_that_does_not_draw_stays_where_it_is() {
+    fn a_lane_that_does_not_draw_keeps_its_position() {
         let (mut one, mut other) = (stream(1, 2, 3, 4), stream(1, 2, 3, 4));
         let passed_by = one.draw(false);
         assert_eq!(passed_by, one.draw(true));
@@ -101,7 +101,7 @@ mod tests {
                 assert!(z.iter().all(|z| z.abs() < Z_MILLIONTH), "numbers {i} and {j}: {z:?} σ");
             }
         }
-        // Negative control: a stream beside itself.
+        // Negative control: a stream compared with itself.
         let (mut one, mut same) = (stream(7, 1, 2, 3), stream(7, 1, 2, 3));
         let common: f64 = (0..1 << 10).map(|_| draw(&mut one)[0] * draw(&mut same)[0]).sum();
         assert!(common * 12.0 / 32.0 > Z_MILLIONTH);

@@ -1,64 +1,65 @@
-//! Points of the unit square in proportion to numbers on a grid.
+//! Sampling of the unit square in proportion to numbers on a grid.
 
 use crate::math::{BELOW_ONE, ColumnReader, Float, Uint};
 
-/// The logarithm to the base of two of the number of cells along a side.
+/// The base-two logarithm of the number of cells along a side.
 const BITS: u32 = 7;
 
-/// Cells along a side of a grid.
+/// The number of cells along a side of a grid.
 pub const CELLS: usize = 1 << BITS;
 
-/// The share of points that are drawn uniformly, so that there are some wherever a grid is too coarse to see anything.
+/// The fraction of points that are sampled uniformly, so that there are some in features that the grid does not
+/// resolve.
 const UNIFORM: f64 = 0.02;
 
-/// Grids of numbers over the unit square. The square is halved along u and v by turns down to single cells; points that
-/// are drawn fall into the halves in proportion to the numbers there. Hence points of a stratified sequence stay
+/// Grids of numbers over the unit square. The square is halved along u and v alternately, down to single cells; the
+/// sampled point falls into a half in proportion to the numbers there. Points of a stratified sequence therefore remain
 /// stratified (Clarberg, Jarosz, Akenine-Möller and Jensen 2005, "Wavelet Importance Sampling", §4.2, and McCool and
 /// Harwood 1997, "Probability Trees").
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grids {
-    /// For each grid, the share of the first half in each part: of the square at 1, of the halves of the part `i` at 2·i
-    /// and 2·i + 1.
+    /// For each grid, the fraction of the first half in each part: that of the square at 1, those of the halves of the
+    /// part `i` at 2·i and 2·i + 1.
     pub(super) share: Vec<f32>,
-    /// For each grid, the density in each cell, row by row from v = 0 on; of the smooth grid, that at each point.
+    /// For each grid, the density in each cell, row by row from v = 0; for the smooth grid, the density at each point.
     pub(super) density: Vec<f32>,
-    /// The form of the smooth grid, of which there is one at most.
+    /// The dimensions of the smooth grid; there is at most one.
     pub(super) smooth: Smooth,
 }
 
-/// The form of the smooth grid: see [`Grids::push_smooth`].
+/// The dimensions of the smooth grid: see [`Grids::push_smooth`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Smooth {
-    /// Columns and rows of points.
+    /// The numbers of columns and rows of points.
     pub(super) size: [u32; 2],
-    /// The least powers of two that are no less, by their logarithms.
+    /// The base-two logarithms of the smallest powers of two that are not less.
     pub(super) bits: [u32; 2],
 }
 
 impl Smooth {
-    /// Columns of points. By reference: recorded programs know a number by its address.
+    /// The number of columns of points. By reference, because recorded programs identify a number by its address.
     pub fn columns(&self) -> &u32 {
         &self.size[0]
     }
 
-    /// Rows of points, likewise.
+    /// The number of rows of points, likewise.
     pub fn rows(&self) -> &u32 {
         &self.size[1]
     }
 
-    /// What it takes in memory.
+    /// Its size in memory, in bytes.
     pub fn bytes(&self) -> usize {
         2 * size_of::<f32>() << (self.bits[0] + self.bits[1])
     }
 }
 
 impl Grids {
-    /// Adds a grid of numbers from zero on, row by row from v = 0 on, and returns where it begins. If all are zero, it
-    /// is uniform.
+    /// Adds a grid of numbers, all at least zero, row by row from v = 0, and returns its start. If all are zero, it is
+    /// uniform.
     ///
     /// # Panics
     ///
-    /// If there are not [`CELLS`]² numbers.
+    /// If the number of numbers is not [`CELLS`]².
     pub fn push(&mut self, numbers: &[f32]) -> u32 {
         let cells = CELLS * CELLS;
         assert_eq!(numbers.len(), cells, "numbers of a grid");
@@ -72,8 +73,8 @@ impl Grids {
         self.push_shares([CELLS; 2], [BITS; 2], |x, y| density(numbers[y * CELLS + x]))
     }
 
-    /// Adds the shares of halves, where a cell has the mass that `mass` gives for its column and row, and returns where
-    /// they begin. The square is cut into 2^bits columns and rows, of which those behind `size` have none.
+    /// Adds the fractions of halves, given the `mass` of each cell by its column and row, and returns their start. The
+    /// square is divided into 2^bits columns and rows; those beyond `size` are empty.
     pub(super) fn push_shares(
         &mut self,
         size: [usize; 2],
@@ -98,21 +99,21 @@ impl Grids {
         first as u32
     }
 
-    /// Gives the columns to a reader.
+    /// Visits the columns.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let Grids { share, density, smooth: _ } = self;
         reader.floats("share", share);
         reader.floats("density", density);
     }
 
-    /// A point by the grid that begins at `first`, drawn with `u` in [0, 1)². There must be a grid.
+    /// A point by the grid that starts at `first`, sampled with `u` in [0, 1)². There must be a grid.
     #[inline(always)]
     pub fn sample<F: Float>(&self, first: F::Uint, u: [F; 2]) -> [F; 2] {
         let [along_u, along_v] = self.descend(first, u, [BITS; 2]);
         [along_u.point(), along_v.point()]
     }
 
-    /// The columns and rows down to which `u` leads, where the square is cut into 2^bits of them.
+    /// The column and row to which `u` descends, out of 2^bits each.
     #[inline(always)]
     pub(super) fn descend<F: Float>(
         &self,
@@ -135,7 +136,7 @@ impl Grids {
         [along_u, along_v]
     }
 
-    /// Goes on to one half of a part.
+    /// Continues with one half of a part.
     #[inline(always)]
     fn halve<F: Float>(&self, first: F::Uint, part: F::Uint, along: &mut Halving<F>) -> F::Uint {
         let share = F::gather(&self.share, first + part);
@@ -160,7 +161,7 @@ fn cell<F: Float>(x: F) -> F::Uint {
     (x * CELLS as f32).max(F::zero()).min(F::splat((CELLS - 1) as f32)).to_uint()
 }
 
-/// A part of the unit interval, and where in it a point shall be.
+/// A part of the unit interval, and the position of a point in it.
 pub(super) struct Halving<F> {
     pub(super) from: F,
     size: F,
@@ -180,7 +181,8 @@ impl<F: Float> Halving<F> {
     }
 }
 
-/// The place of a cell among the last halves: the bits of both numbers in the order of [`Grids::descend`].
+/// The index of a cell among the smallest halves: the bits of both coordinates interleaved in the order of
+/// [`Grids::descend`].
 fn leaf([x, y]: [usize; 2], [mut left_u, mut left_v]: [u32; 2]) -> usize {
     let mut leaf = 0;
     while left_u + left_v > 0 {
@@ -201,7 +203,7 @@ mod tests {
     use super::*;
     use crate::math::lanes::scalar::Wrapping;
 
-    /// A grid that is not the first, bright in one corner and dark in another.
+    /// A grid that is not the first, with a large number in one corner and zeros in another.
     fn example() -> (Grids, u32, Vec<f32>) {
         let mut grids = Grids::default();
         grids.push(&vec![0.0; CELLS * CELLS]);
@@ -217,7 +219,7 @@ mod tests {
     fn cells_get_points_in_proportion_to_their_numbers() {
         let (grids, first, numbers) = example();
         let total: f64 = numbers.iter().copied().map(f64::from).sum();
-        // As many points as are wanted of each cell, evenly spread.
+        // Each cell contains the expected number of points, evenly spread.
         let side = 1024;
         let mut counts = vec![0.0; CELLS * CELLS];
         for i in 0..side * side {
@@ -237,7 +239,7 @@ mod tests {
             let got = sum(&|i| counts[i]) / f64::from(side * side);
             let expected =
                 sum(&|i| f64::from(numbers[i])) / total * 0.98 + 0.02 * 64.0 / (CELLS * CELLS) as f64;
-            // Where they are few, those of an even grid are too few to tell.
+            // Where few points are expected, those of a regular grid are too few for a comparison.
             let blocks = ((CELLS / 8) * (CELLS / 8)) as f64;
             worst = worst.max((got - expected).abs() / expected.max(0.3 / blocks));
         }
@@ -245,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn densities_are_those_of_the_points_and_sum_to_one() {
+    fn densities_match_the_points_and_sum_to_one() {
         let (grids, first, numbers) = example();
         let at = |x: usize, y: usize| {
             let point = [x, y].map(|i| (i as f32 + 0.5) / CELLS as f32);
@@ -258,7 +260,7 @@ mod tests {
         let total: f64 = numbers.iter().copied().map(f64::from).sum();
         let expected = f64::from(numbers[5 * CELLS + 90]) / total * (CELLS * CELLS) as f64 * 0.98 + 0.02;
         assert!((at(90, 5) - expected).abs() < 1e-5);
-        // The size of a small square's image is its size over the density there.
+        // The area of the image of a small square is its area divided by the density there.
         for u in [[0.1, 0.2], [0.7, 0.3], [0.45, 0.9], [0.999, 0.001]] {
             let step = 1e-4;
             let go = |u: [f32; 2]| grids.sample::<f32>(Wrapping(first), u);
@@ -271,7 +273,7 @@ mod tests {
                 "{u:?}: {area} {density}"
             );
         }
-        // Of nothing, all points are alike.
+        // The density is uniform if all numbers are zero.
         assert_eq!(grids.density::<f32>(Wrapping(0), [0.3, 0.8]), 1.0);
         let [x, y] = grids.sample::<f32>(Wrapping(0), [0.3, 0.8]);
         assert!((x - 0.3).abs() < 1e-5 && (y - 0.8).abs() < 1e-5);

@@ -1,15 +1,14 @@
 //! Independent random numbers, as a function of (seed, pixel, sample index, dimension).
 //!
-//! Nothing is remembered between draws, so a path's numbers do not depend on which thread traces it or on
-//! what it traced before.
+//! There is no state between draws: a path's numbers do not depend on the thread that traces it or on earlier paths.
 
 use super::block::PathId;
 use crate::math::{Float, Uint, function};
 
 /// Independent uniform numbers.
 ///
-/// The four numbers of a block are the four words of one hash of (pixel, sample, block, seed), which is a
-/// permutation of 128 bits: no two blocks of any two paths or seeds share all their bits.
+/// The four numbers of a block are the four words of a hash of (pixel, sample, block, seed). The hash is a permutation
+/// of 128 bits, so that two different blocks, of any paths and seeds, never have the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Independent {
     /// The seed.
@@ -63,7 +62,7 @@ mod tests {
 
     #[test]
     fn the_hash_is_a_fixed_function() {
-        // Worked out from the published definition in another language.
+        // Computed from the published definition in another language.
         assert_eq!(hash([0, 0, 0, 0]), [0x0f02f829, 0x2d568769, 0x32b0c43b, 0xd32548ea]);
         assert_eq!(hash([1, 2, 3, 4]), [0x3622cd16, 0xf11471d8, 0xe1109b3f, 0x02b94c2f]);
     }
@@ -74,7 +73,7 @@ mod tests {
 
     #[test]
     fn neighbouring_counters_give_independent_uniform_numbers() {
-        // Means and lag correlations over each argument: a weak hash shows up along one of them.
+        // Means and lag correlations along each argument, which would reveal a weak hash.
         let n = 1 << 18;
         for axis in 0..4 {
             let draw = |i: u32| {

@@ -1,5 +1,4 @@
-//! Sampling: the pixels of a film and the samples that are made for them; random streams, and the warps that shape them,
-//! each beside its density.
+//! Sampling: the pixels of a film and their samples; random streams; and warps, each with its density.
 
 pub mod block;
 pub mod endless;

@@ -1,15 +1,15 @@
-//! Pixels, the samples that are made for them, and the light that samples put on others.
+//! Pixels, their samples, and contributions of samples to other pixels.
 
 use serde::{Deserialize, Serialize};
 
-/// One sample: its place on the film and its radiance.
+/// One sample: its position on the film and its radiance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[u32; 7]", into = "[u32; 7]")]
 #[repr(C)]
 pub struct Sample {
-    /// The pixel it was made for: its index on the full film, row-major from the top left.
+    /// Its pixel: the index on the full film, row-major from the top left.
     pub pixel: u32,
-    /// Its index among the pixel's samples.
+    /// Its index among the samples of the pixel.
     pub sample: u32,
     /// Film position in pixels from the film's left edge.
     pub x: f32,
@@ -30,28 +30,28 @@ pub struct Pixel {
     pub y: u32,
 }
 
-/// Light that a sample puts on the film, wherever it lands: the end of a path from a light, or a step of a chain. A
-/// sample may have any number of them. They count in the film's light image, apart from the radiance of pixels' own
+/// Light that a sample adds anywhere on the film: the end of a path from a light, or a step of a chain. A sample may
+/// have any number of contributions. They are collected in the film's light image, separate from the radiance of
 /// samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[u32; 7]", into = "[u32; 7]")]
 #[repr(C)]
 pub struct Contribution {
-    /// The pixel that the sample was made for: its index on the full film, row-major from the top left.
+    /// The pixel of the sample: the index on the full film, row-major from the top left.
     pub pixel: u32,
-    /// The sample's index among the pixel's.
+    /// The index of the sample in its pixel.
     pub sample: u32,
-    /// Film position in pixels from the film's left edge; it need not be on the film.
+    /// Film position in pixels from the film's left edge; it may be outside the film.
     pub x: f32,
     /// Film position in pixels from the film's top edge.
     pub y: f32,
-    /// Radiance in W·m⁻²·sr⁻¹, linear Rec. 709, as if the full film were a single pixel: what the contributions of a
-    /// sample add up to on the film is expected to be the mean of the light image. For a path from a light that is
-    /// radiance × importance ⁄ density, with an importance whose integral over the film is one.
+    /// Radiance in W·m⁻²·sr⁻¹, linear Rec. 709, as if the full film were a single pixel: the expected sum of a sample's
+    /// contributions on the film is the mean of the light image. For a path from a light it is radiance × importance ⁄
+    /// density, with an importance whose integral over the film is one.
     pub radiance: [f32; 3],
 }
 
-/// Lets a type be serialised as its bits: text has no name for a radiance that is no number.
+/// Serialises a type as its bits, because text formats have no NaN.
 macro_rules! serialised_as_bits {
     ($($Type:ident)*) => {
         $(

@@ -8,8 +8,8 @@ use crate::math::{Float, Uint, function};
 
 /// A source of numbers in [0, 1) for paths, chosen once per render.
 ///
-/// The choice is a value and not a type: a draw serves a whole packet of paths, so that looking at the choice costs
-/// next to nothing, while a type would have every integrator compiled once for each source.
+/// The choice is a value instead of a type. A draw serves a whole packet of paths, so that testing the choice costs
+/// next to nothing, whereas a type would have every integrator compiled once for each source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampler {
     /// Independent uniform numbers.
@@ -30,7 +30,7 @@ impl Sampler {
         })
     }
 
-    /// An endless stream of independent numbers for the decision of a block, whatever the source of others.
+    /// An endless stream of independent numbers for the decision of a block, whichever sampler is chosen.
     #[inline(always)]
     pub fn endless<F: Float>(&self, path: PathId<F>, block: F::Uint) -> EndlessStream<F> {
         let (Sampler::Independent(Independent { seed }) | Sampler::Sobol(Sobol { seed })) = self;

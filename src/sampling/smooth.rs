@@ -1,15 +1,15 @@
-//! Points of the unit square by a density that runs bilinearly between numbers on a grid.
+//! Sampling of the unit square by a density that is bilinear between numbers on a grid.
 
 use super::grid::{Grids, Smooth};
 use crate::math::{BELOW_ONE, Float, Uint, function, value};
 
-/// The most points of the smooth grid along u, and along v.
+/// The maximum number of points of the smooth grid along u, and along v.
 pub const MOST_POINTS: [usize; 2] = [2048, 1024];
 
 /// A point by the smooth grid.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothPoint<F: Float> {
-    /// Where it is in the square.
+    /// Its position in the square.
     pub at: [F; 2],
     /// The density of points there, by area.
     pub density: F,
@@ -18,16 +18,16 @@ pub struct SmoothPoint<F: Float> {
 value!(SmoothPoint { at, density });
 
 impl Grids {
-    /// Sets the smooth grid, of numbers from zero on, row by row from v = 0 on, and returns where it begins. If all are
+    /// Sets the smooth grid of numbers, all at least zero, row by row from v = 0, and returns its start. If all are
     /// zero, it is uniform.
     ///
-    /// Its numbers stand at ((i + ½)/columns, (j + ½)/rows), as the texels of a picture do, and around the edges it goes on
-    /// at the opposite ones. It has as many cells as points, each between four of them; cells are drawn as those of other
-    /// grids, and in a cell the bilinear density is inverted along v and then along u.
+    /// Its numbers are at ((i + ½)/columns, (j + ½)/rows), like the texels of a picture, and it is periodic. It has as
+    /// many cells as points, each between four of them. Cells are sampled like those of other grids; in a cell, the
+    /// bilinear density is inverted along v and then along u.
     ///
     /// # Panics
     ///
-    /// If there are other than `columns` × `rows` numbers, or none, or more than [`MOST_POINTS`], or there is a smooth
+    /// If the number of numbers is not `columns` × `rows`, is zero or above [`MOST_POINTS`], or if there is a smooth
     /// grid already.
     pub fn push_smooth(&mut self, [columns, rows]: [usize; 2], numbers: &[f64]) -> u32 {
         assert_eq!(self.smooth, Smooth::default(), "one smooth grid");
@@ -44,17 +44,17 @@ impl Grids {
             corners.into_iter().map(f64::from).sum()
         });
         self.density.extend((0..numbers.len()).map(|i| density(i % columns, i / columns)));
-        // Columns of a table are of one length.
+        // The columns of a table have equal length.
         self.density.resize(self.share.len(), 0.0);
         first
     }
 
-    /// The form of the smooth grid; of no points if there is none.
+    /// The dimensions of the smooth grid; zero if there is none.
     pub fn smooth(&self) -> &Smooth {
         &self.smooth
     }
 
-    /// A point by the smooth grid, which begins at `first`, drawn with `u` in [0, 1)².
+    /// A point by the smooth grid, which starts at `first`, sampled with `u` in [0, 1)².
     #[inline(always)]
     pub fn sample_smooth<F: Float>(&self, first: F::Uint, u: [F; 2]) -> SmoothPoint<F> {
         function!(F, sample_smooth(first, u), {
@@ -99,7 +99,7 @@ impl Grids {
         [F::Uint::given(&self.smooth.size[0]).to_float(), F::Uint::given(&self.smooth.size[1]).to_float()]
     }
 
-    /// The numbers at the corners of a cell: those of lower v first, of lower u first among them.
+    /// The numbers at the corners of a cell: those of lower v first, those of lower u first among them.
     #[inline(always)]
     fn corners<F: Float>(&self, first: F::Uint, column: F, row: F) -> [[F; 2]; 2] {
         let [columns, rows] = self.sides::<F>();
@@ -118,25 +118,25 @@ impl Grids {
     }
 }
 
-/// The column or row after one, of so many.
+/// The next column or row, out of this number.
 #[inline(always)]
 fn following<F: Float>(one: F, of: F) -> F {
     let next = one + 1.0;
     next.only(next.lt(of))
 }
 
-/// A number of [0, 1) by a density that runs straight from `a` to `b`, from `u` in [0, 1): by inverting its distribution
-/// function, in the form that does not cancel.
+/// A number in [0, 1) with a density that is linear from `a` to `b`, from `u` in [0, 1). Inverts its distribution
+/// function, in the form without cancellation.
 #[inline(always)]
 fn ramp<F: Float>(a: F, b: F, u: F) -> F {
     let (a2, b2) = (a * a, b * b);
     let root = (a2 + (b2 - a2) * u).max(F::zero()).sqrt();
-    // Of nothing at all, no point is asked for.
+    // If all numbers are zero, no point is requested.
     let sum = (a + root).max(F::splat(f32::MIN_POSITIVE));
     ((a + b) * u / sum).min(F::splat(BELOW_ONE))
 }
 
-/// The same point of a square whose edges meet the opposite ones.
+/// The equivalent point of the periodic square.
 #[inline(always)]
 fn around<F: Float>(x: F) -> F {
     F::select(x.lt(F::splat(1.0)), x, x - 1.0).min(F::splat(BELOW_ONE))
@@ -147,7 +147,8 @@ mod tests {
     use super::*;
     use crate::math::lanes::scalar::Wrapping;
 
-    /// A smooth grid that is not the first, of sizes that are no powers of two, with a bright spot and much darkness.
+    /// A smooth grid that is not the first, with sizes that are not powers of two, with one large number and many
+    /// zeros.
     fn example() -> (Grids, u32) {
         let mut grids = Grids::default();
         grids.push(&vec![1.0; super::super::CELLS * super::super::CELLS]);
@@ -174,7 +175,7 @@ mod tests {
         assert!((point(11.0, 3.0) / point(12.0, 3.0) - 2.5).abs() < 1e-4);
         let between = (point(11.0, 3.0) + point(12.0, 3.0)) / 2.0;
         assert!((point(11.5, 3.0) / between - 1.0).abs() < 1e-4);
-        // Around the edges.
+        // Across the edges.
         let around = (point(0.0, 2.0) + point(18.0, 2.0)) / 2.0;
         for u in [0.0, 1.0] {
             assert!((density(u, 2.5 / 6.0) / around - 1.0).abs() < 1e-4);
@@ -199,7 +200,7 @@ mod tests {
         }
         for (i, count) in counts.into_iter().enumerate() {
             let [x, y] = [i % cells[0], i / cells[0]].map(|i| i as f32);
-            // A quarter of a cell is bilinear, so that its middle tells its mean.
+            // A quarter of a cell is bilinear, so that its middle has its mean.
             let middle = [(x + 0.5) / cells[0] as f32, (y + 0.5) / cells[1] as f32];
             let expected = f64::from(grids.density_smooth::<f32>(Wrapping(first), middle));
             let got = count / f64::from(draws) * (cells[0] * cells[1]) as f64;
@@ -207,9 +208,9 @@ mod tests {
         }
     }
 
-    /// The warp keeps strata together: as many points of each elementary interval as it has mass.
+    /// The warp preserves strata: each elementary interval contains points in proportion to its mass.
     #[test]
-    fn stratified_points_stay_stratified() {
+    fn stratified_points_remain_stratified() {
         let mut grids = Grids::default();
         let numbers: Vec<f64> = (0..64 * 32).map(|i| if i % 64 < 16 { 3.0 } else { 1.0 }).collect();
         let first = grids.push_smooth([64, 32], &numbers);
@@ -219,13 +220,13 @@ mod tests {
             let [x, _] = grids.sample_smooth::<f32>(Wrapping(first), u).at;
             (0.5..1.0).contains(&x)
         });
-        // A third of the mass is there.
+        // It contains a third of the mass.
         let halves = halves.count();
         assert!((84..=87).contains(&halves), "{halves}");
     }
 
     #[test]
-    fn of_nothing_all_points_are_alike() {
+    fn a_grid_of_zeros_is_uniform() {
         let mut grids = Grids::default();
         let first = grids.push_smooth([5, 3], &[0.0; 15]);
         let SmoothPoint { density, .. } = grids.sample_smooth::<f32>(Wrapping(first), [0.3, 0.8]);

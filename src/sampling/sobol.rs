@@ -1,15 +1,14 @@
-//! Numbers that are spread evenly over the samples of a pixel: scrambled Sobol points.
+//! Numbers that are stratified over the samples of a pixel: scrambled Sobol points.
 //!
-//! Each pair of a block is the first two dimensions of Sobol's sequence (Sobol' 1967), a (0, 2)-sequence in
-//! base 2: of 2ᵏ samples that start at a multiple of 2ᵏ, exactly one falls in each of the 2ᵃ × 2ᵏ⁻ᵃ equal
-//! rectangles that the unit square is cut into, for every a. Nested uniform scrambling (Owen 1995) keeps that,
-//! makes every number uniform, and lets the error of a smooth integrand fall as n^−³ᐟ².
+//! Each pair of a block uses the first two dimensions of Sobol's sequence (Sobol' 1967), a (0, 2)-sequence in base 2.
+//! Of 2ᵏ samples that start at a multiple of 2ᵏ, exactly one lies in each of the 2ᵃ × 2ᵏ⁻ᵃ equal rectangles of the unit
+//! square, for every a. Nested uniform scrambling (Owen 1995) preserves that, makes every number uniform, and lets the
+//! error of a smooth integrand fall as n^−³ᐟ².
 //!
-//! Pairs are padded together (Kollig and Keller 2002): each has scrambles and an order of its own, hashed from
-//! (seed, pixel, block, pair), so that one pair says nothing about another, nor one pixel about its neighbour.
-//! Scrambling by hash instead of by stored tree is Burley's (2020, "Practical Hash-based Owen Scrambling") after
-//! Laine and Karras (2011, "Stratified Sampling for Stochastic Transparency"); the hash is Vegdahl's (2021,
-//! "Building a Better LK Hash").
+//! Pairs are padded (Kollig and Keller 2002): each has its own scrambles and its own order, hashed from (seed, pixel,
+//! block, pair). Different pairs are therefore independent of each other, as are pixels. Scrambling uses a hash instead
+//! of a stored tree as in Burley (2020, "Practical Hash-based Owen Scrambling") after Laine and Karras (2011,
+//! "Stratified Sampling for Stochastic Transparency"); the hash is Vegdahl's (2021, "Building a Better LK Hash").
 
 use super::block::PathId;
 use super::independent::pcg4d;
@@ -34,17 +33,17 @@ impl Sobol {
     }
 }
 
-/// Stands where [`Independent`](super::Independent) hashes the sample's index.
+/// Takes the place of [`Independent`](super::Independent)'s hash of the sample's index.
 pub const SALT: u32 = 0x736f_626f;
 
-/// A pair of the sample whose index is given mirrored, in an order and with scrambles of these two keys.
+/// A pair of the sample with this bit-reversed index, in an order and with scrambles of these two keys.
 #[inline(always)]
 fn scrambled_pair<F: Float>(mirrored: F::Uint, order: F::Uint, key: F::Uint) -> [F::Uint; 2] {
     function!(F, scrambled_pair(mirrored, order, key), {
-        // Reordering the samples within every aligned run of 2ᵏ, which is what scrambling does to the mirrored
-        // index, keeps the runs.
+        // Scrambling the bit-reversed index permutes the samples within every aligned run of 2ᵏ, which preserves the
+        // runs.
         let index = scramble::<F>(mirrored, order).reverse_bits();
-        // Three keys of which any two are independent.
+        // Three keys that are pairwise independent.
         [
             scramble::<F>(index, key).reverse_bits(),
             scramble::<F>(second_dimension::<F>(index), order + key).reverse_bits(),
@@ -52,12 +51,12 @@ fn scrambled_pair<F: Float>(mirrored: F::Uint, order: F::Uint, key: F::Uint) -> 
     })
 }
 
-/// Nested uniform scrambling of the mirrored number: whether a bit flips is a hash of the key and of the bits
+/// Nested uniform scrambling of the bit-reversed number: whether a bit is flipped is a hash of the key and of the bits
 /// below it.
 #[inline(always)]
 fn scramble<F: Float>(mirrored: F::Uint, key: F::Uint) -> F::Uint {
     function!(F, scramble(mirrored, key), {
-        // Sums, products with odd numbers and x ^ (x · even) carry upwards only, so each is such a scrambling.
+        // Sums, products with odd numbers and x ^ (x · even) only carry upwards, so that each is such a scrambling.
         let x = mirrored ^ (mirrored * F::Uint::splat(0x3d20_adea));
         let x = x + key;
         let x = x * (key.shr::<16>() | F::Uint::splat(1));
@@ -66,12 +65,12 @@ fn scramble<F: Float>(mirrored: F::Uint, key: F::Uint) -> F::Uint {
     })
 }
 
-/// The second dimension of Sobol's sequence, mirrored: the index times Pascal's triangle mod 2. (The first,
-/// mirrored, is the index itself: van der Corput's sequence.)
+/// The second dimension of Sobol's sequence, bit-reversed: the index times Pascal's triangle mod 2. (The first,
+/// bit-reversed, is the index itself: van der Corput's sequence.)
 ///
-/// Bit j is the sum of those bits k of the index for which C(k, j) is odd: by Lucas's theorem, those for which
-/// k has all the binary digits of j. Such a sum over supersets is taken digit by digit, in five steps instead of
-/// thirty-two (as Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact").
+/// Bit j is the sum of those bits k of the index for which C(k, j) is odd: by Lucas's theorem, those for which k has
+/// all the binary digits of j. Such a sum over supersets is computed digit by digit, in five steps instead of
+/// thirty-two (as in Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact").
 #[inline(always)]
 fn second_dimension<F: Float>(index: F::Uint) -> F::Uint {
     function!(F, second_dimension(index), {
@@ -95,7 +94,7 @@ mod tests {
             .draw(PathId::<f32> { pixel: Wrapping(pixel), sample: Wrapping(sample) }, Wrapping(block))
     }
 
-    /// Whether each of the 2ᵃ × 2ᵏ⁻ᵃ rectangles has one of these 2ᵏ points, for every a.
+    /// Whether each of the 2ᵃ × 2ᵏ⁻ᵃ rectangles contains one of these 2ᵏ points, for every a.
     fn is_stratified(points: &[[f32; 2]]) -> bool {
         let k = points.len().ilog2();
         (0..=k).all(|a| {
@@ -135,8 +134,8 @@ mod tests {
                 assert!(runs_are_stratified(point), "seed {seed} pixel {pixel} block {block} pair {pair}");
             }
         }
-        // Negative controls: numbers without strata; two numbers from different pairs; a pair whose dimensions
-        // are the same up to scrambling; and one of whose matrix an entry is missing.
+        // Negative controls: unstratified numbers; two numbers from different pairs; a pair whose dimensions differ
+        // only by scrambling; and a pair whose matrix lacks one entry.
         assert!(!runs_are_stratified(|i| {
             let [u, v, ..] = draw(Independent { seed: 0 }, 0, 0, i);
             [u, v]
@@ -184,9 +183,9 @@ mod tests {
 
     type Function = fn(f32) -> f64;
 
-    /// What two dimensions have in common: the sum over a place's first 16 samples of f(u)·f(v), over 20,000
-    /// places. Returns how many standard errors its mean is from zero, and its mean square from `square`.
-    fn in_common(pair: impl Fn(u32, u32) -> [f32; 2], f: Function, square: f64) -> [f64; 2] {
+    /// The correlation of two dimensions: the sum over a pixel's first 16 samples of f(u)·f(v), over 20,000 pixels.
+    /// Returns the difference of its mean from zero and of its mean square from `square`, in standard errors.
+    fn correlation(pair: impl Fn(u32, u32) -> [f32; 2], f: Function, square: f64) -> [f64; 2] {
         let n = 20_000;
         let (mut sum, mut squares, mut fourths) = (0.0, 0.0, 0.0);
         for place in 0..n {
@@ -197,7 +196,7 @@ mod tests {
         }
         let n = f64::from(n);
         let error = ((fourths / n - (squares / n).powi(2)) / n).sqrt();
-        // Without any spread there is no place for chance, and infinitely many standard errors.
+        // A difference without any variance counts as infinitely many standard errors.
         [sum / squares.sqrt(), (squares / n - square) / error]
     }
 
@@ -206,7 +205,8 @@ mod tests {
         if ((u * (2 << K) as f32) as u32).is_multiple_of(2) { -1.0 } else { 1.0 }
     }
 
-    // Each of 135 statistics is beyond the bound with probability 10⁻⁶: a right sampler fails with 1.4·10⁻⁴.
+    // Each of 135 statistics is beyond the bound with probability 10⁻⁶: a correct sampler fails with probability
+    // 1.4·10⁻⁴.
     #[test]
     fn pairs_blocks_pixels_and_seeds_are_uncorrelated() {
         let sampler = Sobol { seed: 11 };
@@ -215,13 +215,13 @@ mod tests {
             let functions: [(&str, Function); 4] =
                 [("halves", sign::<0>), ("quarters", sign::<1>), ("eighths", sign::<2>), ("line", line)];
             for (name, f) in functions {
-                let [z, _] = in_common(pair, f, 0.0);
+                let [z, _] = correlation(pair, f, 0.0);
                 assert!(z.abs() < Z_MILLIONTH, "{what}, {name}: {z} σ");
             }
             // Samples 2i and 2i + 1 lie in different halves of both dimensions and have the same product. In
-            // orders that have nothing in common, the eight products of a place are independent signs: their
-            // doubled sum has the mean square 4·8.
-            let [_, z] = in_common(pair, sign::<0>, 32.0);
+            // independent orders, the eight products of a pixel are independent signs: twice their sum has the mean
+            // square 4·8.
+            let [_, z] = correlation(pair, sign::<0>, 32.0);
             assert!(z.abs() < Z_MILLIONTH, "{what}, squares: {z} σ");
         };
         for (i, j) in [(0, 2), (0, 3), (1, 2), (1, 3)] {
@@ -242,14 +242,14 @@ mod tests {
                 both(draw(Sobol { seed: 0 }, pixel, 1, sample), draw(Sobol { seed: 1 }, pixel, 1, sample))
             });
         }
-        // Negative controls: pairs without an order of their own fall in step; one pair twice has all in common.
+        // Negative controls: pairs in the same order are correlated; a pair and itself are equal.
         let in_step = |place: u32, sample: u32| {
             let [a, b, ..] = pcg4d::<f32>([place, 0, 0, 0].map(Wrapping));
             [a, b].map(|key| scramble::<f32>(Wrapping(sample), key).reverse_bits().to_unit())
         };
-        assert!(in_common(in_step, sign::<0>, 32.0)[1].abs() > 2.0 * Z_MILLIONTH);
+        assert!(correlation(in_step, sign::<0>, 32.0)[1].abs() > 2.0 * Z_MILLIONTH);
         let same = |pixel, sample| [draw(sampler, pixel, 1, sample)[0]; 2];
-        assert!(in_common(same, sign::<1>, 0.0)[0].abs() > 2.0 * Z_MILLIONTH);
+        assert!(correlation(same, sign::<1>, 0.0)[0].abs() > 2.0 * Z_MILLIONTH);
     }
 
     #[test]
@@ -271,7 +271,7 @@ mod tests {
         }
     }
 
-    /// The slope over 16…4096 samples of the RMS error, over many pixels, of the integral of a smooth function.
+    /// The slope, over 16 to 4096 samples, of the RMS error of the integral of a smooth function over many pixels.
     fn slope(sampler: impl Into<Sampler>) -> f64 {
         let sampler = sampler.into();
         let f = |u: f64, v: f64| (u * 2.0 + v).exp();
@@ -289,8 +289,8 @@ mod tests {
 
     #[test]
     fn the_error_of_a_smooth_integral_falls_faster_than_that_of_independent_numbers() {
-        // Theory says −3/2 up to a logarithm, and −1/2. The RMS over 64 pixels is known to 9%: its ratio to 17%, or
-        // 0.03 of slope, of which a tenth and more is three.
+        // The theoretical slopes are −3/2, up to a logarithm, and −1/2. The RMS over 64 pixels is known to 9%, and
+        // ratios to 17%, or 0.03 of slope, of which a little over a tenth is three standard errors.
         let (even, uneven) = (slope(Sobol { seed: 0 }), slope(Independent { seed: 0 }));
         println!("slopes {even:.3} and {uneven:.3}");
         assert!(even < -1.2, "{even}");

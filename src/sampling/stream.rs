@@ -1,4 +1,4 @@
-//! A path's numbers one after the other, for code that draws as it goes.
+//! A path's numbers one after the other, for sequential code.
 
 use super::independent::pcg4d;
 use crate::math::lanes::scalar::Wrapping;
@@ -6,8 +6,8 @@ use std::convert::Infallible;
 
 /// An endless stream of bits that is a function of (seed, pixel, sample), for `rand`'s distributions.
 ///
-/// It draws from blocks counted down from the top, so that it shares no number with the
-/// [`Sampler`](super::Sampler) of the same path. Code of lanes draws from an [`EndlessStream`](super::EndlessStream).
+/// It draws from blocks counted down from the top, so that it shares no number with the [`Sampler`](super::Sampler) of
+/// the same path. Code of lanes uses an [`EndlessStream`](super::EndlessStream).
 #[derive(Clone, Debug)]
 pub struct Stream {
     key: [u32; 3],

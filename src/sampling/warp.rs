@@ -1,4 +1,4 @@
-//! Warps from the unit square, each beside its density.
+//! Warps from the unit square, each with its density.
 
 use crate::math::{Float, Uint, Vec3, function, trig};
 use std::f32::consts::FRAC_1_PI;
@@ -8,7 +8,7 @@ use std::f32::consts::FRAC_1_PI;
 pub fn tent<F: Float>(u: F) -> F {
     function!(F, tent(u), {
         let rising = u.lt(F::splat(0.5));
-        // Folded to [0, 1] from the nearer end, where √ keeps its precision.
+        // Reflected to [0, 1] from the nearer end, where √ keeps its precision.
         let twice = F::select(rising, u, -u + 1.0) * 2.0;
         let x = -twice.sqrt() + 1.0;
         F::select(rising, -x, x)
@@ -43,7 +43,7 @@ pub fn disk_pdf<F: Float>() -> F {
 pub fn cosine_hemisphere<F: Float>(u: [F; 2]) -> Vec3<F> {
     function!(F, cosine_hemisphere(u), {
         let (x, y) = disk(u);
-        // 1 − r² with r² = u₀ is exact where 1 − x² − y² would lose half its digits near the horizon.
+        // 1 − r² with r² = u₀ is exact, whereas 1 − x² − y² would lose half its digits near the horizon.
         Vec3::new(x, y, (-u[0] + 1.0).sqrt())
     })
 }
@@ -54,7 +54,7 @@ pub fn cosine_hemisphere_pdf<F: Float>(cos_theta: F) -> F {
     cos_theta.max(F::zero()) * FRAC_1_PI
 }
 
-/// A direction, uniform over the whole sphere.
+/// A direction, uniform over the sphere.
 #[inline(always)]
 pub fn uniform_sphere<F: Float>(u: [F; 2]) -> Vec3<F> {
     function!(F, uniform_sphere(u), {
@@ -75,7 +75,7 @@ pub fn uniform_sphere_pdf<F: Float>() -> F {
 #[inline(always)]
 pub fn cone<F: Float>(u: [F; 2], versine: F) -> Vec3<F> {
     function!(F, cone(u, versine), {
-        // In terms of 1 − cos nothing cancels in a narrow cone.
+        // In terms of 1 − cos there is no cancellation for a narrow cone.
         let own = u[0] * versine;
         let r = (own * (-own + 2.0)).max(F::zero()).sqrt();
         let (sin, cos) = trig::sin_cos_turns(u[1]);
@@ -89,8 +89,8 @@ pub fn cone_pdf<F: Float>(versine: F) -> F {
     F::splat(0.5 * FRAC_1_PI) / versine
 }
 
-/// How samples are spread around a pixel's centre, so that their plain mean is the filtered picture. The
-/// film chooses it; integrators only draw from it.
+/// The distribution of samples around a pixel's centre by which their plain mean is the filtered image. The film
+/// selects it; integrators only sample it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is one of it")]
 pub enum FilmOffset {
@@ -98,11 +98,11 @@ pub enum FilmOffset {
     Centre,
     /// Uniform within this distance along each axis, in pixels.
     Uniform(f32),
-    /// [`tent`] along each axis, scaled by this many pixels.
+    /// [`tent`] along each axis, scaled by this number of pixels.
     Tent(f32),
-    /// Of a symmetric density that falls from its middle to an end: node i is the distance, in pixels, beyond which
-    /// (i/64)² of it lies. In between these distances run straight. Counted by the square, they do so nearly
-    /// where the density falls to its end, at which it may have any slope.
+    /// Tabulated, for a symmetric density that falls from its middle to its ends. Node i is the distance, in pixels,
+    /// beyond which the fraction (i/64)² of the density lies, with linear interpolation between nodes. The square makes
+    /// the nodes nearly linear where the density falls to its end, whatever its slope there.
     Drawn([f32; OFFSET_NODES]),
 }
 
@@ -131,7 +131,7 @@ impl FilmOffset {
         })
     }
 
-    /// Density of [`FilmOffset::sample`] per pixel; `Centre` has none and gives zero.
+    /// Density of [`FilmOffset::sample`] per pixel; `Centre` has none and returns zero.
     #[inline(always)]
     pub fn pdf<F: Float>(&self, x: F) -> F {
         match *self {
@@ -146,7 +146,7 @@ impl FilmOffset {
                 let mut pdf = F::zero();
                 for i in 0..OFFSET_NODES - 1 {
                     let (far, near) = (nodes[i], nodes[i + 1]);
-                    // Beyond x lies the square of its share, which runs straight from node to node.
+                    // The fraction beyond x is a square, whose root is linear from node to node.
                     let outside = ((F::splat(far) - x) / (far - near) + i as f32) * share;
                     let density = outside * (share / (far - near));
                     pdf = F::select(F::splat(near).le(x) & x.lt(F::splat(far)), density, pdf);
@@ -157,8 +157,8 @@ impl FilmOffset {
     }
 }
 
-/// The weights of a triangle's second and third corners at a uniform point of it: the square folded along its
-/// diagonal without tearing it (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
+/// The weights of a triangle's second and third corners at a uniform point of it: the square folded along its diagonal
+/// without discontinuity (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
 #[inline(always)]
 pub fn triangle<F: Float>(u: [F; 2]) -> [F; 2] {
     function!(F, triangle_weights(u), {
@@ -173,8 +173,8 @@ pub fn triangle<F: Float>(u: [F; 2]) -> [F; 2] {
 mod tests {
     use super::*;
 
-    /// Checks that samples follow a density on an interval: a χ² test of 200,000 stratum-free samples in 64
-    /// bins; the bound is the 1 − 10⁻⁶ quantile of χ² with 63 degrees of freedom.
+    /// Checks that samples follow a density on an interval: a χ² test of 200,000 unstratified samples in 64 bins; the
+    /// bound is the 1 − 10⁻⁶ quantile of χ² with 63 degrees of freedom.
     fn chi_square(
         from: f64,
         to: f64,
@@ -199,7 +199,7 @@ mod tests {
         let mut chi2 = 0.0;
         for (bin, &count) in seen.iter().enumerate() {
             let width = (to - from) / BINS as f64;
-            // Simpson's rule is exact for the linear pieces of all densities here but at a kink on a bin edge.
+            // Simpson's rule is exact for the linear pieces of all densities here, except for a kink at a bin's edge.
             let at = |t: f64| f64::from(pdf((from + (bin as f64 + t) * width) as f32));
             let expected = f64::from(N) * width * (at(1e-4) + 4.0 * at(0.5) + at(1.0 - 1e-4)) / 6.0;
             chi2 += (f64::from(count) - expected).powi(2) / expected;
@@ -208,9 +208,9 @@ mod tests {
     }
 
     #[test]
-    fn tent_follows_its_density_and_a_wrong_one_is_noticed() {
+    fn tent_follows_its_density_and_a_wrong_one_is_detected() {
         chi_square(-1.0, 1.0, tent, tent_pdf).unwrap();
-        // Negative control: a uniform variable is no tent.
+        // Negative control: a uniform variable does not follow the tent.
         assert!(chi_square(-1.0, 1.0, |u| u * 2.0 - 1.0, tent_pdf).is_err());
     }
 
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn triangle_fills_a_triangle_evenly() {
-        // Each of 16 equal triangles gets a sixteenth of an even grid, give or take its border.
+        // Each of 16 equal triangles contains a sixteenth of a regular grid, up to points at its border.
         let (n, mut counts) = (512, [0; 16]);
         for i in 0..n * n {
             let u = [(i / n) as f32 + 0.5, (i % n) as f32 + 0.5].map(|x| x / n as f32);
@@ -237,7 +237,7 @@ mod tests {
             assert!(b >= 0.0 && c >= 0.0 && b + c <= 1.0, "{b} {c}");
             let (column, row) = ((b * 4.0) as usize, (c * 4.0) as usize);
             let upper = (b * 4.0).fract() + (c * 4.0).fract() > 1.0;
-            // Row by row: squares below the diagonal hold two triangles, those on it one.
+            // Row by row: squares below the diagonal contain two triangles, those on it one.
             let before: usize = (0..row).map(|row| 7 - 2 * row).sum();
             counts[before + 2 * column + usize::from(upper)] += 1;
         }
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn disk_and_hemisphere_have_the_radii_and_cosines_of_their_densities() {
+    fn radii_and_cosines_of_disk_and_hemisphere_follow_their_densities() {
         // By area, P(r ≤ x) = x², so r² is uniform; by cosine, P(cos ≥ c) = 1 − c², so cos² is uniform.
         let radius2 = |u| {
             let (x, y) = disk([u, 0.3]);

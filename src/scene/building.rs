@@ -1,16 +1,16 @@
-//! Scenes from code.
+//! Building scenes in code.
 
 use super::description::{Entity, Group, Instance, Light, Material, MaterialKind, Scene, Shape};
 use glam::DAffine3;
 
 impl Scene {
-    /// Adds a material. Returns its index, by which entities and other materials name it.
+    /// Adds a material. Returns its index, by which entities and other materials refer to it.
     pub fn add_material(&mut self, name: impl Into<String>, kind: impl Into<MaterialKind>) -> usize {
         self.materials.push(Material { name: name.into(), kind: kind.into(), ..Material::default() });
         self.materials.len() - 1
     }
 
-    /// Adds a surface of the material of this index, which does not emit.
+    /// Adds a surface without emission, with the material of this index.
     pub fn add_entity(
         &mut self,
         name: impl Into<String>,
@@ -23,13 +23,13 @@ impl Scene {
         &mut self.entities[last]
     }
 
-    /// Adds a group without anything in it. Returns its index, which entities and instances have as their `within`.
+    /// Adds an empty group. Returns its index, for the field `within` of entities and instances.
     pub fn add_group(&mut self, name: impl Into<String>) -> usize {
         self.groups.push(Group { name: name.into() });
         self.groups.len() - 1
     }
 
-    /// Places the group of this index in the world.
+    /// Adds an instance of the group of this index to the world.
     pub fn add_instance(
         &mut self,
         name: impl Into<String>,
@@ -56,7 +56,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn a_scene_in_code_is_that_of_its_file() {
+    fn scenes_from_code_equal_those_from_files() {
         let text = r#"
             camera = { eye = [0, -6, 2.5], look_at = [0, 0, 0.9] }
             lights = [{ type = "point", position = [0, 0, 9], intensity = [1, 2, 3] }]
@@ -87,7 +87,7 @@ mod tests {
             power: None,
         });
         let mut read = parse(text, Path::new("a.toml")).unwrap().scene;
-        // A file's materials are in the order of their names, or of what they name.
+        // A file's materials are sorted by name, with referenced materials first.
         let place = |scene: &Scene, name: &str| scene.materials.iter().position(|m| m.name == name).unwrap();
         for entity in &mut read.entities {
             entity.material = place(&scene, &read.materials[entity.material].name);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_not_there_is_an_error() {
+    fn a_missing_file_is_an_error() {
         assert!(Scene::load("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml"));
     }
 }

@@ -1,5 +1,4 @@
-//! The promises of a scene, and what breaks them. Readers of all formats end here, and so can programs that make
-//! scenes themselves.
+//! The invariants of a scene. The readers of all formats check them, and so can programs that build scenes.
 
 use super::description::{
     CameraSettings, EXPOSURES, Entity, EnvironmentPicture, FilmSettings, Filter, LONGEST_SIDE, Light,
@@ -18,7 +17,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
-/// What rounding may add to a length of one, and more.
+/// A generous bound on the rounding error of a unit length.
 const ROUNDING: f64 = 1e-6;
 
 /// The part of a scene that a problem is in. It displays as `material 3 ("white")`.
@@ -63,12 +62,12 @@ impl fmt::Display for Part {
     }
 }
 
-/// A promise of [`Scene`] that is broken. It displays as `the film: width must be from 1 to 65536, not 0`.
+/// A violated invariant of [`Scene`]. It displays as `the film: width must be from 1 to 65536, not 0`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneProblem {
-    /// Where.
+    /// The part.
     pub part: Part,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
 }
 
@@ -79,13 +78,13 @@ impl fmt::Display for SceneProblem {
 }
 
 impl Scene {
-    /// The scene, if it keeps its promises; otherwise all that breaks them.
+    /// The scene, if it satisfies all invariants; otherwise all violations.
     pub fn checked(self) -> Result<Scene, Vec<SceneProblem>> {
         let problems = self.problems();
         if problems.is_empty() { Ok(self) } else { Err(problems) }
     }
 
-    /// All that breaks the scene's promises.
+    /// All violations of the scene's invariants.
     pub fn problems(&self) -> Vec<SceneProblem> {
         let mut problems = Vec::new();
         check_values(self, &mut problems);
@@ -152,7 +151,7 @@ fn check_environment(scene: &Scene, found: &mut Findings<'_>) {
     found.direction("up", *up);
     match scene.images.get(file.0) {
         None => found.add(format!("there is no image {}, only {}", file.0 + 1, scene.images.len())),
-        Some(image) if image.is_tiled => found.add("its picture is one of tiles"),
+        Some(image) if image.is_tiled => found.add("its picture consists of tiles"),
         Some(image) => image.objection().into_iter().for_each(|message| found.add(message)),
     }
 }
@@ -182,7 +181,7 @@ fn check_camera(camera: &CameraSettings, found: &mut Findings<'_>) {
     found.direction("forward", camera.forward);
     found.direction("up", camera.up);
     if camera.forward.cross(camera.up).length() < PARALLEL {
-        found.add("up is parallel to the direction of view");
+        found.add("up is parallel to the viewing direction");
     }
     let has_view = camera.vertical_fov > 0.0 && camera.vertical_fov < PI;
     if !has_view {
@@ -208,7 +207,7 @@ fn check_render(render: &RenderSettings, found: &mut Findings<'_>) {
     found.numbers("ambient", &render.ambient, RADIANCE);
 }
 
-/// Checks that materials name only materials before them, and are not nested too deep.
+/// Checks that materials refer only to preceding materials, and that their nesting is limited.
 fn check_materials(materials: &[Material], problems: &mut Vec<SceneProblem>) {
     let mut nesting = vec![0; materials.len()];
     for (i, material) in materials.iter().enumerate() {
@@ -218,19 +217,19 @@ fn check_materials(materials: &[Material], problems: &mut Vec<SceneProblem>) {
         check_parameters(&material.modifiers, &mut found);
         for named in material.named() {
             if named >= i {
-                found.add(format!("it names material {}, which is not before it", named + 1));
+                found.add(format!("it names material {}, which does not precede it", named + 1));
             } else {
                 nesting[i] = nesting[i].max(nesting[named] + 1);
             }
         }
-        // Those that contain it are as wrong, but one problem is enough.
+        // Materials that contain it are nested too deeply as well, but one problem is enough.
         if nesting[i] == MAX_NESTING + 1 {
-            found.add(format!("it is nested more than {MAX_NESTING} deep"));
+            found.add(format!("it is nested more than {MAX_NESTING} levels deep"));
         }
     }
 }
 
-/// Checks the parameters of textures, and what textures and materials name.
+/// Checks the parameters of textures, and references to textures and materials.
 fn check_textures(scene: &Scene, problems: &mut Vec<SceneProblem>) {
     let texture = |i: usize| Part::Texture(i, scene.textures[i].name.clone());
     for (i, own) in scene.textures.iter().enumerate() {
@@ -246,7 +245,8 @@ fn check_textures(scene: &Scene, problems: &mut Vec<SceneProblem>) {
     }
 }
 
-/// Checks the parameters of a material, a shape, a texture or a light, each against its limits, and all together.
+/// Checks the parameters of a material, a shape, a texture or a light: each against its limits, then their
+/// combinations.
 fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     let Some(place) = member.place() else { return };
     let declaration = &F::DECLARATIONS[place];
@@ -275,7 +275,7 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
             (ParameterKind::Word(words), Value::Word(place)) if place >= words.len() => {
                 found.add(format!("{name} must be one of {} words, not word {}", words.len(), place + 1));
             }
-            // Of names it matters what they stand for.
+            // References count by their targets.
             _ => {}
         }
     }
@@ -285,7 +285,7 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     match F::build(place, &values, &mut Vec::new()) {
         Err(problem) => found.add(problem.message),
         Ok(built) => {
-            // A reader makes some directions one long; here they are.
+            // Readers normalise some directions; here they must be normalised already.
             for ((parameter, value), built) in declaration.parameters.iter().zip(&values).zip(built.values())
             {
                 if let (Value::Vector(given), Value::Vector(built)) = (value, built)
@@ -298,7 +298,7 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     }
 }
 
-/// Checks groups and where they stand, of a scene whose entities are right.
+/// Checks groups and instances, for a scene whose entities are valid.
 fn check_groups(scene: &Scene, problems: &mut Vec<SceneProblem>) {
     for broken in groups::broken(scene) {
         let (part, message) = match broken {
@@ -312,14 +312,14 @@ fn check_groups(scene: &Scene, problems: &mut Vec<SceneProblem>) {
     }
 }
 
-/// Checks the lights that are not surfaces.
+/// Checks the lights that are no surfaces.
 fn check_lights(lights: &[Light], problems: &mut Vec<SceneProblem>) {
     for (i, light) in lights.iter().enumerate() {
         check_parameters(light, &mut Findings { part: &|| Part::Light(i), problems });
     }
 }
 
-/// Checks the entities: their materials are there, what they emit fits the film, and meshes are meshes.
+/// Checks the entities: their materials exist, their emission is within the film's range, and their meshes are valid.
 fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<SceneProblem>) {
     let mut checked = HashSet::new();
     for (i, entity) in entities.iter().enumerate() {
@@ -336,14 +336,14 @@ fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<Scen
                 check_mesh(mesh, &mut found);
             }
             if is_flat(transform) {
-                found.add("the transform makes everything flat, or has numbers that are not finite");
+                found.add("the transform is singular or not finite");
             }
         }
     }
 }
 
-/// Checks where meshes are: not too far out, and not so small that nothing of them would be seen. Parts of one file may
-/// be as small as they like, if the whole is not: they are entities that follow each other and have one transform.
+/// Checks the extents of transformed meshes: not too far from the origin, and not so small that they are invisible.
+/// Parts of one file may be small if the entire file is not; they are consecutive entities with one transform.
 fn check_placement(entities: &[Entity], problems: &mut Vec<SceneProblem>) {
     fn transform(entity: &Entity) -> Option<&DAffine3> {
         match &entity.shape {
@@ -375,7 +375,7 @@ fn check_mesh(mesh: &Mesh, found: &mut Findings<'_>) {
         }
     }
     if let Err(error) = mesh.check() {
-        found.add(format!("its mesh is none: {error}"));
+        found.add(format!("its mesh is invalid: {error}"));
     }
 }
 

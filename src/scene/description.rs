@@ -1,7 +1,7 @@
 //! A scene as plain data.
 //!
-//! Lengths are the scene's own unit, angles are radians, colours are linear Rec. 709, radiance is in
-//! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
+//! Lengths are in the scene's own unit, angles in radians, colours in linear Rec. 709, radiance in W·m⁻²·sr⁻¹. Vectors
+//! are in world space, right-handed.
 
 mod choice;
 mod environment;
@@ -21,7 +21,7 @@ pub use crate::light::AnyLight as Light;
 pub use crate::light::list::*;
 pub use crate::material::Modifiers;
 pub use crate::material::list::*;
-use crate::material::with_stand_ins;
+use crate::material::with_placeholders;
 pub use crate::parameter::{Colour, Named};
 use crate::parameter::{Family, Value};
 pub use crate::shape::list::*;
@@ -30,38 +30,38 @@ pub use crate::texture::ImageFile;
 pub use crate::texture::list::*;
 use glam::DVec3;
 
-/// A whole scene. One that a reader gives is checked: indices are in range and every value is possible. The default
-/// is what an empty scene file gives.
+/// A scene. Scenes from readers are checked: indices and values are in range. The default is that of an empty scene
+/// file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// The picture's shape and how samples become pixels.
+    /// The size of the image and its reconstruction from samples.
     pub film: FilmSettings,
-    /// Where the picture is taken from.
+    /// The camera.
     pub camera: CameraSettings,
-    /// How light is followed.
+    /// The render settings.
     pub render: RenderSettings,
-    /// The materials, checkerboards after the materials they name.
+    /// The materials; checkerboards and mixes follow the materials that they refer to.
     pub materials: Vec<Material>,
-    /// The textures, each after those that it names.
+    /// The textures, each after those that it refers to.
     pub textures: Vec<Texture>,
-    /// The image files of textures, each once.
+    /// The image files of textures, without duplicates.
     pub images: Vec<ImageFile>,
-    /// The surfaces, those of groups too.
+    /// The surfaces, including those of groups.
     pub entities: Vec<Entity>,
-    /// The groups of surfaces, each after those that it holds.
+    /// The groups of surfaces, each after those that it contains.
     pub groups: Vec<Group>,
-    /// Where groups stand, in the world and in each other.
+    /// Instances of groups, in the world and in other groups.
     pub instances: Vec<Instance>,
-    /// The lights that are not surfaces.
+    /// The lights that are no surfaces.
     pub lights: Vec<Light>,
-    /// What a ray that leaves the scene sees: radiance from everywhere,
+    /// Constant radiance from the environment, W·m⁻²·sr⁻¹,
     pub environment: Colour,
-    /// and a picture of what is all around, which is added to it.
+    /// and an environment picture, which is added to it.
     pub environment_picture: Option<EnvironmentPicture>,
 }
 
 impl Scene {
-    /// Whether anything in it shines.
+    /// Whether the scene contains any light.
     pub fn has_light(&self) -> bool {
         let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
         self.entities.iter().any(|entity| shines(&entity.emission) || entity.emission_texture.is_some())
@@ -77,17 +77,17 @@ impl Scene {
 /// A named material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// The name that entities use.
+    /// The name by which entities refer to it.
     pub name: String,
-    /// What it does with light.
+    /// The kind with its parameters.
     pub kind: MaterialKind,
-    /// The parameters that are textures, those of `modifiers` among them. Their values there and in `kind` do not count.
+    /// The parameters that are textures, including those of `modifiers`. Their values in these fields are ignored.
     pub textures: Vec<Textured>,
-    /// What every material may have besides: holes, another material behind, maps.
+    /// Properties that every material may have: holes, a back side, maps.
     pub modifiers: Modifiers,
 }
 
-/// Matte, of half the light.
+/// A matte material with a reflectance of one half.
 impl Default for Material {
     fn default() -> Self {
         let matte = MatteParameters { reflectance: [0.5; 3], roughness: 0.0 };
@@ -101,21 +101,21 @@ impl Default for Material {
 }
 
 impl Material {
-    /// The indices of the materials that it names.
+    /// The indices of the materials that it refers to.
     pub fn named(&self) -> impl Iterator<Item = usize> {
         self.kind.materials().chain(self.modifiers.back)
     }
 
-    /// What it does with light, with values of parameters that are textures which make it one that looks at them.
+    /// The kind, with textured parameters set to values for which the kind reports that it uses them.
     pub fn textured_kind(&self) -> MaterialKind {
-        with_stand_ins(&self.kind, self.textures.iter().map(|textured| textured.parameter))
+        with_placeholders(&self.kind, self.textures.iter().map(|textured| textured.parameter))
     }
 }
 
 /// A parameter that is a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Textured {
-    /// Its name.
+    /// The parameter's name.
     pub parameter: &'static str,
     /// The index of the texture.
     pub texture: usize,
@@ -124,33 +124,33 @@ pub struct Textured {
 /// A named texture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// The name that materials and other textures use.
+    /// The name by which materials and other textures refer to it.
     pub name: String,
-    /// What it is.
+    /// The kind with its parameters.
     pub kind: TextureKind,
 }
 
 /// A surface in the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entity {
-    /// The name that messages use.
+    /// The name in messages.
     pub name: String,
-    /// Its form and place.
+    /// The shape.
     pub shape: Shape,
     /// Index of its material.
     pub material: usize,
-    /// Radiance that leaves its outward side.
+    /// Radiance emitted on the outward side, W·m⁻²·sr⁻¹.
     pub emission: Colour,
-    /// The texture that this radiance is instead. Points of quads and boxes are drawn in proportion to it; the light of
-    /// other shapes paths find by chance.
+    /// The texture of the emission, which replaces `emission`. Quads and boxes are sampled in proportion to it; paths
+    /// find the emission of other shapes by chance.
     pub emission_texture: Option<usize>,
-    /// Whether the outward side is the other one.
+    /// Whether the outward side and the inward side are swapped.
     pub flip_normal: bool,
-    /// Index of the group that it is a part of, in whose space it is; of none it is in the world.
+    /// Index of the group that contains it and in whose space it is; `None` in the world.
     pub within: Option<usize>,
 }
 
-/// A dark sphere of radius 1 at the origin, of the first material.
+/// A sphere of radius 1 at the origin, with the first material and without emission.
 impl Default for Entity {
     fn default() -> Self {
         Entity {

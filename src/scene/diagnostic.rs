@@ -1,10 +1,10 @@
-//! What a reader has to say about a file: where, what, and how to put it right.
+//! Errors and warnings of readers: position, problem and remedy.
 
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A place in a text file, as editors show it.
+/// A position in a text file, as shown by editors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
     /// The line, from 1.
@@ -13,16 +13,16 @@ pub struct Position {
     pub column: usize,
 }
 
-/// One error or warning. It displays as `box.toml:12:8: no material "rad"; did you mean "red"?`.
+/// An error or warning. It displays as `box.toml:12:8: no material "rad"; did you mean "red"?`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// The file, as it was named to the reader.
+    /// The file, by the name given to the reader.
     pub file: Arc<Path>,
-    /// Where in the file; absent if the message is about the file as a whole.
+    /// The position; `None` if the message concerns the entire file.
     pub position: Option<Position>,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do about it, where the reader has an idea.
+    /// The remedy, if the reader can suggest one.
     pub help: Option<String>,
 }
 
@@ -40,7 +40,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All that is wrong with a scene file, in the order of the file; never empty.
+/// All errors in a scene file, in the order of the file; never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneErrors {
     diagnostics: Vec<Diagnostic>,
@@ -48,12 +48,12 @@ pub struct SceneErrors {
 }
 
 impl SceneErrors {
-    /// `unlisted` counts errors beyond those that are described.
+    /// `unlisted` is the number of further errors without description.
     pub(super) fn new(diagnostics: Vec<Diagnostic>, unlisted: usize) -> Self {
         Self { diagnostics, unlisted }
     }
 
-    /// A single error about the file as a whole, or about one place in it.
+    /// A single error, about the entire file or a position in it.
     pub(super) fn one(
         file: &Path,
         position: Option<Position>,
@@ -68,7 +68,7 @@ impl SceneErrors {
         &self.diagnostics
     }
 
-    /// How many errors there are beyond [`Self::diagnostics`]: a file of garbage is not described in full.
+    /// The number of errors beyond [`Self::diagnostics`]: invalid files may have millions.
     pub fn unlisted(&self) -> usize {
         self.unlisted
     }
@@ -92,7 +92,7 @@ impl fmt::Display for SceneErrors {
 
 impl std::error::Error for SceneErrors {}
 
-/// Turns byte offsets, in increasing order, into positions in one pass over the text.
+/// Converts byte offsets, in increasing order, to positions in one pass over the text.
 ///
 /// Counting from the start for each would be quadratic, and a hostile file may be one long line of errors.
 pub(super) struct Cursor<'t> {
@@ -103,12 +103,12 @@ pub(super) struct Cursor<'t> {
 
 impl<'t> Cursor<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        // Editors hide the byte order mark, so it takes no column.
+        // Editors hide the byte order mark, so it is not counted.
         let offset = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
         Self { text, offset, position: Position { line: 1, column: 1 } }
     }
 
-    /// The position of the character that holds byte `offset`, or of the text's end.
+    /// The position of the character that contains byte `offset`, or of the text's end.
     pub(super) fn advance(&mut self, offset: usize) -> Position {
         let mut end = offset.min(self.text.len());
         while !self.text.is_char_boundary(end) {
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_diagnostic_shows_its_place_and_remedy() {
+    fn a_diagnostic_shows_its_position_and_remedy() {
         let position = Some(Position { line: 12, column: 8 });
         let message = "no material \"rad\"".to_string();
         let help = Some("did you mean \"red\"?".to_string());
@@ -152,7 +152,7 @@ mod tests {
         assert_eq!(at(&mut cursor, 0), (1, 1));
         assert_eq!(at(&mut cursor, 3), (1, 1));
         assert_eq!(at(&mut cursor, text.find('☃').unwrap_or(0)), (1, 3));
-        // Inside a character, and before where the cursor already is.
+        // Inside a character, and before the cursor's current position.
         assert_eq!(at(&mut cursor, text.find('☃').unwrap_or(0) + 1), (1, 3));
         assert_eq!(at(&mut cursor, 1), (1, 3));
         assert_eq!(at(&mut cursor, text.find('c').unwrap_or(0)), (2, 1));

@@ -1,8 +1,8 @@
-//! What a scene is, in 32 bytes: whether two renders are of the same scene, and if they are not, what differs.
+//! A digest of a scene, in 32 bytes, which tells whether two renders are of the same scene and what differs.
 //!
-//! Only what changes the bits of samples counts, by its value: not how a file spells it, whether it spells out a
-//! default, what things are called, nor materials that nothing has. Film, integrator, sampler, depth, samples and
-//! seed do not count either: a film names each of them itself.
+//! It depends on everything that changes the bits of samples, by value. Spelling, defaults that are written out, names
+//! and unused materials have no effect. Film, integrator, sampler, depth, samples and seed are excluded, because a film
+//! stores them itself.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -16,9 +16,9 @@ use super::description::{
 use crate::parameter::{Family, ImageIndex, ParameterKind, Value, Varying};
 use crate::shape::Mesh;
 
-/// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
+/// The meshes that a scene was read from, in any order, each with the names of its file and part.
 ///
-/// Messages name them so; other files that those name, colours and buffers, count by the values that come of them.
+/// Messages use these names. Files that mesh files refer to, with colours or buffers, count by the resulting values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sources(pub Vec<(String, Arc<Mesh>)>);
 
@@ -30,24 +30,25 @@ pub struct Fingerprint {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Part {
-    /// What people call it. Does not count.
+    /// The part's name in messages. It does not affect the digest.
     name: String,
     digest: [u8; 32],
 }
 
-/// Scenes of more parts than this don't list them: an outline is a courtesy, and not worth megabytes.
+/// Scenes with more parts have no outline, which would take megabytes.
 const MOST_LISTED: usize = 2000;
 
-/// Nor do those whose names take more bytes than this: a film's text has its limit, too.
+/// Scenes whose names take more bytes have no outline, because the text in a film is limited.
 const LONGEST_OUTLINE: usize = 1 << 16;
 
-/// Differences that are told one by one.
+/// The maximum number of differences that are listed.
 const MOST_TOLD: usize = 4;
 
 impl Fingerprint {
-    /// Of a scene, with the files that its meshes come from.
+    /// The fingerprint of a scene, with the files of its meshes.
     pub fn of(scene: &Scene, sources: &Sources) -> Fingerprint {
-        // What is left out here, a film tells itself, or it changes no sample. A new setting has to be thought of.
+        // Fields that are ignored here are stored in films, or change no sample. The pattern is exhaustive, so that new
+        // settings are considered.
         let Scene {
             film: _,
             camera,
@@ -80,7 +81,7 @@ impl Fingerprint {
             parts.push(Part::new(&format!("the shape of {name}"), |digest| {
                 digest.shape(shape, &mut meshes);
                 digest.word(u64::from(*flip_normal));
-                // Films of before there were groups are continued.
+                // Keeps the fingerprints of scenes without groups from earlier versions.
                 within.iter().for_each(|&group| digest.word(group as u64));
             }));
             parts.push(Part::new(&format!("the material of {name}"), |digest| {
@@ -115,14 +116,14 @@ impl Fingerprint {
         Fingerprint { parts }
     }
 
-    /// The digest of it all, in hexadecimal digits.
+    /// The digest of the entire scene, in hexadecimal digits.
     pub fn digits(&self) -> String {
         let mut all = Sha256::new();
         self.parts.iter().for_each(|part| all.update(part.digest));
         hexadecimal(&all.finalize())
     }
 
-    /// Its parts on one line, in short, for [`differing`]; none of a scene of thousands, or of endless names.
+    /// The digests of its parts on one line, for [`differing`]; `None` for too many parts or too long names.
     pub fn outline(&self) -> Option<String> {
         if self.parts.len() > MOST_LISTED {
             return None;
@@ -137,10 +138,10 @@ impl Fingerprint {
     }
 }
 
-/// What ends a part of an outline.
+/// The separator of an outline's parts.
 const SEPARATOR: char = ';';
 
-/// What differs between two scenes, by their outlines.
+/// The differences between two scenes, from their outlines.
 pub fn differing(ours: &str, theirs: &str) -> String {
     fn parts(outline: &str) -> Vec<(&str, &str)> {
         outline.split_terminator(SEPARATOR).filter_map(|part| part.split_at_checked(8)).collect()
@@ -196,7 +197,7 @@ impl Part {
     }
 }
 
-/// Values go in with their number or a tag before them, so that no two lists of them look alike.
+/// Values are preceded by their count or a tag, so that different lists never give the same bytes.
 struct Digest(Sha256);
 
 impl Digest {
@@ -215,7 +216,7 @@ impl Digest {
         numbers.iter().for_each(|x| self.word((x + 0.0).to_bits()));
     }
 
-    /// Meshes go by their place among those that shapes name, in order: what is in them counts once.
+    /// Meshes are numbered in the order in which shapes refer to them; the contents of each are hashed once.
     fn shape<'s>(&mut self, shape: &'s Shape, meshes: &mut Vec<&'s Arc<Mesh>>) {
         match shape {
             Shape::Mesh { mesh, transform } => {
@@ -232,8 +233,8 @@ impl Digest {
         }
     }
 
-    /// The name and the values of what is declared, but for those that do not count: what follows one of them goes by its
-    /// name. Materials, textures and images have more to them than their index.
+    /// The name and values of a declaration. References to materials, textures and images are skipped, as the caller
+    /// hashes their targets.
     fn declared(&mut self, declared: &impl Family) {
         let declaration = declared.declaration();
         self.tag(declaration.map_or("", |declaration| declaration.name));
@@ -268,8 +269,8 @@ impl Digest {
         }
     }
 
-    /// A material, its textures, and the materials that it names after it, in order. They come before it in the scene, so
-    /// that this ends. Images go by their place among those that are named.
+    /// A material, its textures, and then the materials that it refers to, in order. These precede it in the scene, so
+    /// that the recursion ends. Images are numbered in the order of reference.
     fn material(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
         let material = &scene.materials[index];
         let Material { name: _, kind: _, textures, modifiers } = material;
@@ -284,7 +285,7 @@ impl Digest {
         material.named().for_each(|named| self.material(named, scene, images));
     }
 
-    /// A texture likewise.
+    /// A texture, in the same way.
     fn texture(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
         let kind = &scene.textures[index].kind;
         self.declared(kind);
@@ -301,7 +302,7 @@ impl Digest {
         }
     }
 
-    /// An image by its place among those that are named: what is in it counts once.
+    /// An image by its number in the order of reference; its contents are hashed once.
     fn named_image(&mut self, image: ImageIndex, images: &mut Vec<usize>) {
         let known = images.iter().position(|known| *known == image.0);
         let place = known.unwrap_or_else(|| {
@@ -331,7 +332,7 @@ impl Digest {
         self.flat(triangles.as_flattened(), |index| index);
     }
 
-    /// Millions of words, a piece at a time.
+    /// Millions of words, hashed in pieces.
     fn flat<T: Copy>(&mut self, values: &[T], word: impl Fn(T) -> u32) {
         self.word(values.len() as u64);
         let mut bytes = Vec::with_capacity(1 << 14);

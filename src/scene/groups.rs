@@ -1,38 +1,38 @@
-//! Where the groups of a scene stand, and the promises of a scene about them.
+//! Instances of the groups of a scene, and the scene's invariants about them.
 
 use super::description::{Entity, Scene, Shape};
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, is_placeable, misplaced_box};
 use crate::math::Bounds;
-use crate::shape::moved;
+use crate::shape::transformed;
 use glam::{DAffine3, DVec3};
 
-/// The most places of groups, those of groups within groups counted each: 300 bytes each.
+/// The maximum number of instances of groups, including those within groups; each takes 300 bytes.
 pub const MOST_PLACES: u64 = 1 << 24;
 
-/// A group where it stands in the world.
+/// An instance of a group in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupPlace {
     /// Index of the group.
     pub group: usize,
-    /// From the group's space to the world.
+    /// The transform from the group's space to the world.
     pub transform: DAffine3,
-    /// Index of the scene's own instance by which it stands there.
+    /// Index of the top-level instance that contains it.
     pub instance: usize,
 }
 
-/// What breaks a promise.
+/// The part that violates an invariant.
 pub(super) enum Broken {
-    /// The group of this index.
+    /// The group with this index.
     Group(usize, String),
-    /// The instance of this index.
+    /// The instance with this index.
     Instance(usize, String),
-    /// The entity of this index.
+    /// The entity with this index.
     Entity(usize, String),
 }
 
 impl Scene {
-    /// At how many places each group stands in the world, by way of other groups too.
+    /// The number of instances of each group in the world, including indirect ones.
     pub fn place_counts(&self) -> Vec<u64> {
         let mut counts = vec![0_u64; self.groups.len()];
         let mut within = vec![Vec::new(); self.groups.len()];
@@ -42,7 +42,7 @@ impl Scene {
                 Some(group) => within[group].push(instance.group),
             }
         }
-        // Groups come after those that they hold, so going backwards meets every holder first.
+        // Groups follow those that they contain, so in reverse order every container comes first.
         for group in (0..counts.len()).rev() {
             for &held in &within[group] {
                 counts[held] = counts[held].saturating_add(counts[group]);
@@ -51,8 +51,8 @@ impl Scene {
         counts
     }
 
-    /// All places of groups in the world, in the order of the instances; a group before what it holds. There are no more
-    /// than [`MOST_PLACES`] in a scene that is checked.
+    /// All instances of groups in the world, in the order of the top-level instances, containing groups first. There
+    /// are at most [`MOST_PLACES`] in a checked scene.
     pub fn group_places(&self) -> Vec<GroupPlace> {
         let mut within = vec![Vec::new(); self.groups.len()];
         for (index, instance) in self.instances.iter().enumerate() {
@@ -69,7 +69,7 @@ impl Scene {
         places
     }
 
-    /// Adds the places of an instance in some space. Groups are nested [`MAX_NESTING`] deep at most.
+    /// Adds the instances within an instance. The depth is at most [`MAX_NESTING`].
     fn place(
         &self,
         own: usize,
@@ -88,8 +88,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// For each entity whether it stands as a surface of its own at every place of its group, so that paths can choose
-    /// points of it as those of a light: it emits, and it is a shape of its kind at each of these places.
+    /// For each entity, whether it is written out as a surface in every instance of its group, so that it can be
+    /// sampled as a light: it emits, and it keeps its kind of shape under all transforms.
     pub fn written_out(&self, places: &[GroupPlace]) -> Vec<bool> {
         let mut of_group = vec![Vec::new(); self.groups.len()];
         places.iter().for_each(|place| of_group[place.group].push(&place.transform));
@@ -103,14 +103,14 @@ impl Scene {
                 shape => {
                     let keeps_uv = self.looks_at_uv(entity.material);
                     let mut transforms = of_group[group].iter();
-                    shines && transforms.all(|transform| moved(shape, transform, keeps_uv).is_some())
+                    shines && transforms.all(|transform| transformed(shape, transform, keeps_uv).is_some())
                 }
             }
         };
         self.entities.iter().map(is_written_out).collect()
     }
 
-    /// Whether a material may look at the uv of a surface, or at their directions.
+    /// Whether a material may depend on uv or tangents.
     fn looks_at_uv(&self, material: usize) -> bool {
         let material = &self.materials[material];
         !material.textures.is_empty()
@@ -119,7 +119,7 @@ impl Scene {
     }
 }
 
-/// All that breaks promises about groups.
+/// All violations of invariants about groups.
 pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     let mut all = Vec::new();
     let groups = scene.groups.len();
@@ -142,11 +142,11 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
         }
         if instance.within.is_some_and(|within| instance.group >= within) {
             let message =
-                format!("its group {} is not before the group that it is within", instance.group + 1);
+                format!("its group {} does not precede the group that contains it", instance.group + 1);
             all.push(Broken::Instance(i, message));
         }
         if is_flat(&instance.transform) {
-            let message = "the transform makes everything flat, or has numbers that are not finite";
+            let message = "the transform is singular or not finite";
             all.push(Broken::Instance(i, message.to_owned()));
         }
     }
@@ -155,22 +155,21 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     }
     let mut held: Vec<(usize, usize)> =
         scene.instances.iter().filter_map(|instance| Some((instance.within?, instance.group))).collect();
-    // In the order of the groups that hold, those that they hold are done.
+    // In the order of the containing groups, all contained groups have been visited.
     held.sort_unstable();
     for (group, held) in held {
         nesting[group] = nesting[group].max(nesting[held] + 1);
     }
     let too_deep = (0..groups).find(|&group| nesting[group] > MAX_NESTING);
     if let Some(group) = too_deep {
-        return vec![Broken::Group(group, format!("it is nested more than {MAX_NESTING} deep"))];
+        return vec![Broken::Group(group, format!("it is nested more than {MAX_NESTING} levels deep"))];
     }
     let mut places = 0_u64;
     for (group, count) in scene.place_counts().into_iter().enumerate() {
         places = places.saturating_add(count);
         if places > MOST_PLACES {
             let message = format!(
-                "with it there are more than {MOST_PLACES} places of groups, those of groups within groups \
-                 counted each"
+                "with it there are more than {MOST_PLACES} instances of groups, including nested ones"
             );
             return vec![Broken::Group(group, message)];
         }
@@ -178,10 +177,10 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     broken_places(scene)
 }
 
-/// Why a plane is in no group.
-pub(super) const PLANE: &str = "a plane is unbounded, and can be in no group";
+/// The reason why a plane cannot be in a group.
+pub(super) const PLANE: &str = "a plane is unbounded and cannot be in a group";
 
-/// Places where groups cannot stand. Of each of the scene's own instances the first is told.
+/// Invalid transforms of groups. For each top-level instance, only the first problem is reported.
 fn broken_places(scene: &Scene) -> Vec<Broken> {
     let mut boxes = vec![Bounds::NOTHING; scene.groups.len()];
     for entity in &scene.entities {
@@ -190,29 +189,29 @@ fn broken_places(scene: &Scene) -> Vec<Broken> {
         }
     }
     let mut all = Vec::new();
-    let mut told = None;
+    let mut reported = None;
     for GroupPlace { group, transform, instance } in scene.group_places() {
-        if told == Some(instance) {
+        if reported == Some(instance) {
             continue;
         }
         let own = &boxes[group];
         let is_there = own.low[0] <= own.high[0];
         let message = if !is_placeable(&transform) {
-            Some("the transform shears or squeezes the group too much to follow rays in it")
+            Some("the transform shears the group, or scales it unevenly, too much to trace rays in it")
         } else if is_there {
             misplaced_box(own, &transform)
         } else {
             None
         };
         if let Some(message) = message {
-            told = Some(instance);
+            reported = Some(instance);
             all.push(Broken::Instance(instance, message.to_owned()));
         }
     }
     all
 }
 
-/// A box around an entity, in the space that it is in.
+/// The bounds of an entity, in its own space.
 fn around(entity: &Entity) -> Bounds {
     if let Shape::Mesh { mesh, transform } = &entity.shape {
         let place = |p: &[f32; 3]| {

@@ -1,4 +1,4 @@
-//! The image files of a scene, each read once.
+//! The image files of a scene, each of which is read once.
 
 use crate::texture::{FilesError, ImageFile, MOST_BYTES_IN_ALL, read_files};
 use std::collections::HashMap;
@@ -9,19 +9,19 @@ use std::path::{Path, PathBuf};
 pub(super) struct ImageCache {
     /// The folder that paths are relative to.
     folder: PathBuf,
-    /// The index of each that was read; none of one that cannot be.
+    /// The index of each image that was read; `None` for unreadable ones.
     known: HashMap<PathBuf, Option<usize>>,
     images: Vec<ImageFile>,
-    /// The bytes that further pictures may take.
+    /// The remaining memory for pictures, in bytes.
     room: u64,
 }
 
 /// An image that cannot be read.
 #[derive(Debug)]
 pub(super) enum Unreadable {
-    /// Why, the first time.
+    /// The reason, at the first attempt.
     First(FilesError),
-    /// As it was told before.
+    /// The same reason, which has been reported.
     Again,
 }
 
@@ -51,7 +51,7 @@ impl ImageCache {
         index.map_err(Unreadable::First)
     }
 
-    /// How many numbers of the pictures of an image are negative, and how many were not finite in the file.
+    /// The number of negative values in the pictures of an image, and of those that were not finite in the file.
     pub(super) fn odd_numbers(&self, image: usize) -> (u64, u64) {
         let pictures = self.images[image].tiles.iter().map(|tile| &tile.picture);
         pictures.fold((0, 0), |(negative, not_finite), picture| {
@@ -59,7 +59,7 @@ impl ImageCache {
         })
     }
 
-    /// All that were read, in the order of their indices.
+    /// All images, in the order of their indices.
     pub(super) fn take(&mut self) -> Vec<ImageFile> {
         std::mem::take(&mut self.images)
     }

@@ -1,10 +1,10 @@
-//! The promise of a scene about dielectrics that overlap.
+//! The invariant of a scene about overlapping dielectrics.
 
 use super::description::Material;
 use crate::parameter::Family;
 
-/// The materials whose index of refraction is a texture though it is that of a medium, as a dielectric has a priority:
-/// where a surface is met the index on its other side must be known.
+/// Materials of media whose index of refraction is a texture, in scenes where a dielectric has a priority. There, the
+/// index on the far side of a surface must be known at the hit.
 pub(super) fn of_unknown_index(materials: &[Material]) -> Vec<usize> {
     let medium = |material: &Material| material.kind.row().medium;
     if !materials.iter().filter_map(medium).any(|medium| medium.priority > 0) {
@@ -16,8 +16,8 @@ pub(super) fn of_unknown_index(materials: &[Material]) -> Vec<usize> {
     (0..materials.len()).filter(|&i| is_unknown(&materials[i])).collect()
 }
 
-/// What is said of such a material.
+/// The message about such a material.
 pub(super) fn unknown_index(material: &Material) -> String {
     let what = material.kind.declaration().map_or("a dielectric", |declaration| declaration.what);
-    format!("ior of {what} can be no texture where a dielectric has a priority")
+    format!("ior of {what} cannot be a texture if any dielectric has a priority")
 }

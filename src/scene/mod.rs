@@ -1,28 +1,28 @@
-//! The scene's description: names, units, source lines. One file per format.
+//! The scene description: names, units, source positions. One file per format.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
-//! | `building` | scenes from code |
-//! | [`check`] | the promises of a scene, and what breaks them |
+//! | `building` | building scenes in code |
+//! | [`check`] | the invariants of a scene |
 //! | [`description`] | the scene as plain data |
-//! | [`diagnostic`] | errors and warnings with their places |
-//! | [`fingerprint`] | whether two scenes are the same, and what differs |
+//! | [`diagnostic`] | errors and warnings with their positions |
+//! | [`fingerprint`] | digests of scenes, and their differences |
 //! | [`formats`] | the readers of scene files by their extensions, and those of other programs' formats |
-//! | [`groups`] | where groups of surfaces stand, and the promises of a scene about them |
-//! | `images` | the image files of a scene, each read once |
-//! | `interfaces` | the promise of a scene about dielectrics that overlap |
+//! | [`groups`] | instances of groups, and the invariants about them |
+//! | `images` | the image files of a scene |
+//! | `interfaces` | the invariant about overlapping dielectrics |
 //! | [`mesh`] | the readers of mesh files |
-//! | [`names`] | names of materials and textures, and an order of those that name others |
-//! | `open_glass` | glass that bounds no solid |
-//! | `placement` | where meshes and groups may be placed |
+//! | [`names`] | names of materials and textures, and their topological order |
+//! | `open_glass` | warnings about glass that encloses no volume |
+//! | `placement` | the limits of transforms of meshes and groups |
 //! | `spelling` | the nearest spelling of a name |
-//! | `textures` | the promises of a scene about its textures |
+//! | `textures` | the invariants about textures |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //! | [`viewpoint`] | a camera by the point that it looks at |
 //! | [`writing`] | scenes as TOML, with meshes and pictures beside them |
 //!
-//! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
-//! possible. [`crate::world`] compiles it into what rays meet.
+//! A [`Scene`] is the checked content of a file: every name is resolved to an index, and every number is in range.
+//! [`crate::world`] compiles it for rendering.
 //!
 //! ```
 //! let loaded = stride::scene::parse("[film]\nwidth = 320", "small.toml".as_ref())?;

@@ -1,13 +1,12 @@
-//! Names of materials and textures: the index that each stands for, and an order in which each comes after those that it
-//! names.
+//! Names of materials and textures: their indices, and an order in which each follows those that it refers to.
 
 use super::spelling::{list, nearest, quote, shorten};
 use std::collections::HashMap;
 
-/// The most materials inside each other: the GPU follows them with a bounded loop.
+/// The maximum nesting of materials: the GPU resolves them with a bounded loop.
 pub const MAX_NESTING: usize = 16;
 
-/// Finds materials, or textures, by name.
+/// Finds materials or textures by name.
 pub struct Names<'n> {
     what: &'static str,
     names: Vec<&'n str>,
@@ -15,24 +14,24 @@ pub struct Names<'n> {
 }
 
 impl<'n> Names<'n> {
-    /// Of materials in their order; no two have the same.
+    /// The names of materials in their order, without duplicates.
     pub fn new(names: impl Iterator<Item = &'n str>) -> Self {
         Self::of("materials", names)
     }
 
-    /// The same of what is called by another word.
+    /// The same for items with another word in messages, such as "groups".
     pub fn of(what: &'static str, names: impl Iterator<Item = &'n str>) -> Self {
         let names: Vec<_> = names.collect();
         let by_name = names.iter().enumerate().map(|(i, name)| (*name, i)).collect();
         Self { what, names, by_name }
     }
 
-    /// The index of the material of this name.
+    /// The index of the material with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
     }
 
-    /// A suggestion in place of a name that no material has; none if there are no materials.
+    /// A suggestion for an unknown name; `None` if there are no materials.
     pub fn instead(&self, name: &str) -> Option<String> {
         match nearest(name, self.names.iter().copied()) {
             Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
@@ -40,7 +39,7 @@ impl<'n> Names<'n> {
         }
     }
 
-    /// A circle as `a → b → a`; the middle of a long one is left out.
+    /// A cycle as `a → b → a`, shortened in the middle if it is long.
     pub fn circle(&self, nodes: &[usize]) -> String {
         let mut text = String::new();
         for &node in nodes.iter().take(MOST_SHOWN) {
@@ -53,31 +52,32 @@ impl<'n> Names<'n> {
     }
 }
 
-/// The most materials of a circle that a message shows.
+/// The maximum number of materials of a cycle in a message.
 const MOST_SHOWN: usize = 8;
 
-/// Why materials have no order.
+/// The reason why materials cannot be ordered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Disorder {
     /// A material contains itself.
     Circle {
-        /// The material and those by way of which it does, the first few of them if there are many.
+        /// The material and the chain to itself, truncated if it is long.
         nodes: Vec<usize>,
-        /// The last of these, which names the first.
+        /// The last of the chain, which refers to the first.
         last: usize,
-        /// By which of its names.
+        /// The reference in it, by its position.
         edge: usize,
     },
-    /// A material contains others that contain others …, more than [`MAX_NESTING`] deep. Those that contain it are not
+    /// Materials are nested more than [`MAX_NESTING`] levels deep. The materials that contain this one are not
     /// reported.
     TooDeep(usize),
 }
 
-/// The materials in an order in which each comes after those that it names: `edges[i]` are those that material i names.
+/// The materials in an order in which each follows those that it refers to: `edges[i]` are those that material i refers
+/// to.
 ///
 /// If there is no such order, `report` is called with each reason, and its last result is the error.
 pub fn order<E>(edges: &[Vec<usize>], mut report: impl FnMut(Disorder) -> E) -> Result<Vec<usize>, E> {
-    // Depth first, with a stack of our own: a file may chain as many materials as it has room for.
+    // Depth first with an explicit stack: a file may chain as many materials as it has room for.
     let mut marks = vec![Mark::New; edges.len()];
     let mut nesting = vec![0; edges.len()];
     let mut order = Vec::with_capacity(edges.len());
@@ -106,7 +106,7 @@ pub fn order<E>(edges: &[Vec<usize>], mut report: impl FnMut(Disorder) -> E) -> 
                     stack.push((named, edges[named].iter().enumerate()));
                 }
                 Mark::Open => {
-                    // No more than are shown: a file may have as many circles as materials.
+                    // No more than are shown: a file may have as many cycles as materials.
                     let nodes = stack.iter().map(|(i, _)| *i).skip_while(|i| *i != named);
                     let nodes = nodes.take(MOST_SHOWN + 1).collect();
                     outcome = Err(report(Disorder::Circle { nodes, last: node, edge }));
@@ -118,7 +118,7 @@ pub fn order<E>(edges: &[Vec<usize>], mut report: impl FnMut(Disorder) -> E) -> 
     outcome.map(|()| order)
 }
 
-/// How far a material has come in [`order`].
+/// The progress of a material in [`order`].
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     New,
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_found_or_the_nearest_is_told() {
+    fn unknown_names_get_the_nearest_suggestion() {
         let names = Names::new(["red", "green"].into_iter());
         assert_eq!((names.find("green"), names.find("rad")), (Some(1), None));
         assert_eq!(names.instead("rad").as_deref(), Some("did you mean \"red\"?"));
@@ -143,10 +143,10 @@ mod tests {
     }
 
     #[test]
-    fn each_comes_after_what_it_names() {
+    fn each_follows_those_that_it_refers_to() {
         let order = |edges: &[Vec<usize>]| {
-            let mut told = Vec::new();
-            order(edges, |disorder| told.push(disorder)).map_err(|()| told)
+            let mut reported = Vec::new();
+            order(edges, |disorder| reported.push(disorder)).map_err(|()| reported)
         };
         assert_eq!(order(&[vec![2, 1], vec![2], vec![]]), Ok(vec![2, 1, 0]));
         assert_eq!(order(&[]), Ok(vec![]));
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(order(&[vec![1, 0], vec![]]), Err(vec![itself]));
         let circle = Disorder::Circle { nodes: vec![1, 2], last: 2, edge: 0 };
         assert_eq!(order(&[vec![1], vec![2], vec![1]]), Err(vec![circle]));
-        // So many that a recursion would end the stack.
+        // So many that recursion would overflow the stack.
         let chain =
             |length: usize| (0..length).map(|i| (i + 1..length).take(1).collect()).collect::<Vec<_>>();
         assert_eq!(order(&chain(MAX_NESTING + 1)).map(|order| order[0]), Ok(MAX_NESTING));

@@ -1,7 +1,7 @@
-//! Glass that bounds no solid.
+//! Warnings about glass that encloses no volume.
 //!
-//! Glass has an inside, where its normal does not point. Light that enters a surface with a border bends on its way in
-//! and never back, which is legal and seldom meant.
+//! Glass has an inside, on the side opposite to its normal. Light that enters an open surface is refracted on entry but
+//! not on exit, which is legal but rarely intended.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -14,24 +14,24 @@ use super::description::{
 };
 use crate::math::narrow;
 
-/// How far the direction of a disk's normal may be from a cylinder's axis, as one minus the cosine, for the disk to
-/// close the cylinder.
+/// The tolerance between the direction of a disk's normal and a cylinder's axis, as one minus the cosine, for the disk
+/// to close the cylinder.
 const ALIGNED: f64 = 1e-6;
 
-/// The most border edges that are compared with those of other entities, which takes 28 bytes each: surfaces beyond it
-/// are taken to be open.
+/// The maximum number of border edges that are compared with those of other entities, at 28 bytes each. Surfaces beyond
+/// it count as open.
 const MOST_EDGES: usize = 1 << 22;
 
-/// Why a surface bounds no solid.
+/// The reason why a surface encloses no volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     /// A plane has a border at infinity.
     Plane,
-    /// A quad that shares an edge with no other.
+    /// A quad without a shared edge.
     Quad,
     /// A disk at no end of a cylinder.
     Disk,
-    /// A disk at the end of a cylinder that takes the cylinder's inside for its outside.
+    /// A disk at the end of a cylinder that faces the cylinder's inside.
     InwardDisk,
     /// A cylinder without a disk at one of its ends.
     Cylinder,
@@ -39,56 +39,56 @@ enum Kind {
     Mesh,
 }
 
-/// What is said of glass that bounds no solid.
+/// A warning about glass that encloses no volume.
 pub(super) struct Warning {
-    /// The first entity that it is said of.
+    /// The first entity concerned.
     pub(super) first: usize,
     pub(super) message: String,
-    /// What to do about it.
+    /// The remedy.
     pub(super) help: &'static str,
 }
 
-const BOUND: &str = "glass bounds solids: take a box, a sphere or a mesh without a border";
+const BOUND: &str = "glass must enclose a volume: use a box, a sphere or a closed mesh";
 const CLOSE: &str =
     "close both ends with disks of the same material, centre and radius that face away from the cylinder";
 const TURN: &str = "turn its normal, or flip it where the cylinder is flipped";
 
 impl Kind {
-    /// What one and many of this kind are, and what to do about it.
+    /// The description of one entity and of several, and the remedy.
     fn words(self) -> (&'static str, &'static str, &'static str) {
         match self {
             Kind::Plane => ("a plane of glass", "planes of glass", BOUND),
             Kind::Quad => ("a quad of glass", "quads of glass", BOUND),
             Kind::Disk => ("a disk of glass", "disks of glass", BOUND),
             Kind::InwardDisk => (
-                "a disk of glass that faces into the cylinder that it closes",
-                "disks of glass that face into the cylinders that they close",
+                "a disk of glass that faces the inside of its cylinder",
+                "disks of glass that face the insides of their cylinders",
                 TURN,
             ),
             Kind::Cylinder => {
                 ("a cylinder of glass with an open end", "cylinders of glass with open ends", CLOSE)
             }
             Kind::Mesh => (
-                "a mesh of glass with edges that belong to one triangle only",
-                "meshes of glass with edges that belong to one triangle only",
+                "an open mesh of glass, with edges that belong to one triangle only",
+                "open meshes of glass, with edges that belong to one triangle only",
                 BOUND,
             ),
         }
     }
 
-    /// What comes of it.
+    /// The effect on the image.
     fn effect(self) -> &'static str {
         match self {
-            Kind::InwardDisk => "light takes the inside for the outside there",
-            _ => "light that enters bends on its way in and never back",
+            Kind::InwardDisk => "inside and outside are swapped there",
+            _ => "light is refracted on entry but not on exit",
         }
     }
 }
 
-/// Warnings of glass that bounds no solid, one for each kind of it, with names in quotes.
+/// Warnings about glass that encloses no volume, one for each kind, with names in quotes.
 pub(super) fn open_glass(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<Warning> {
     let glass = glass(&scene.materials);
-    // Entities of one space may close each other.
+    // Entities in one space may close each other.
     let mut spaces: BTreeMap<Option<usize>, Vec<(usize, &Entity)>> = BTreeMap::new();
     for (index, entity) in scene.entities.iter().enumerate().filter(|(_, entity)| glass[entity.material]) {
         spaces.entry(entity.within).or_default().push((index, entity));
@@ -114,11 +114,11 @@ pub(super) fn open_glass(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<W
     open.chunk_by(|a, b| a.0 == b.0).map(warning).collect()
 }
 
-/// For each material whether it is glass, or has some in it.
+/// For each material whether it is or contains glass.
 fn glass(materials: &[Material]) -> Vec<bool> {
     let mut glass = Vec::with_capacity(materials.len());
     for material in materials {
-        // Materials come after those that they name.
+        // Materials follow those that they refer to.
         let is_glass = match material.kind {
             MaterialKind::Glass(_) => true,
             MaterialKind::Dielectric(DielectricParameters { thin_walled, .. }) => !thin_walled,
@@ -134,9 +134,9 @@ fn bits(numbers: [f32; 3]) -> [u32; 3] {
     numbers.map(|x| (x + 0.0).to_bits())
 }
 
-/// Cylinders with an end that no disk of their material closes, and disks that close none.
+/// Cylinders with an end that no disk of their material closes, and disks that close no cylinder.
 fn open_cylinders_and_disks(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
-    // By centre, radius and material: what closes a cylinder agrees in all of them.
+    // By centre, radius and material, which must match exactly.
     let key = |at: DVec3, radius: f64, material: usize| {
         (bits(narrow(at.to_array())), (radius as f32).to_bits(), material)
     };
@@ -159,7 +159,7 @@ fn open_cylinders_and_disks(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)>
             for &(disk, normal, flipped) in across {
                 closed = true;
                 let outward = (normal.dot(out) > 0.0) == (flipped == entity.flip_normal);
-                // A disk between two cylinders faces into one of them: that is no mistake.
+                // A disk between two cylinders faces into one of them, which is correct.
                 let kind = if outward { Kind::Disk } else { Kind::InwardDisk };
                 used.entry(disk).and_modify(|known| *known = (*known).min(kind)).or_insert(kind);
             }
@@ -185,10 +185,10 @@ fn edge(ends: [[f32; 3]; 2]) -> Edge {
     edge
 }
 
-/// Quads and meshes with an edge that belongs to no other face, also of other entities.
+/// Quads and meshes with an edge that belongs to no other face, including those of other entities.
 fn open_faces(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
     let mut borders: HashMap<*const Mesh, Vec<[[f32; 3]; 2]>> = HashMap::new();
-    // Edges of one face within their entity, with that entity's place.
+    // Edges of a single face within their entity, with the index of that entity.
     let mut edges: Vec<(Edge, usize)> = Vec::new();
     let mut open = vec![false; entities.len()];
     for (place, (_, entity)) in entities.iter().enumerate() {
@@ -223,8 +223,8 @@ fn open_faces(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
     open.map(|(&(index, entity), _)| (kind(entity), index)).collect()
 }
 
-/// The edges of a mesh that belong to one triangle only. Vertices at one place are one; triangles without an area by
-/// that belong to nothing.
+/// The edges of a mesh that belong to one triangle only. Coincident vertices are merged; degenerate triangles are then
+/// ignored.
 fn border(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     let vertices: Vec<u32> = (0..)
@@ -259,7 +259,7 @@ mod tests {
         unseen = { type = "checkerboard", even = "matte", odd = "matte" }
     "#;
 
-    /// What is said of glass with these entities: (name, shape, rest).
+    /// The warnings about entities (name, shape, other keys) of glass.
     fn warnings_in(folder: &Path, entities: &[(&str, &str, &str)]) -> Vec<String> {
         let entity = |(name, shape, rest): &(&str, &str, &str)| {
             format!("[[entities]]\nname = \"{name}\"\nshape = {{ {shape} }}\n{rest}\n")
@@ -283,21 +283,21 @@ mod tests {
     const TUBE: &str = "type = \"cylinder\", from = [0, 0, 0], to = [0, 0, 2], radius = 0.1";
 
     #[test]
-    fn open_shapes_are_told_once_a_kind_with_a_count_and_the_first() {
-        for (shape, told) in [
-            (QUAD, "\"pane\" is a quad of glass: light that enters"),
-            (PLANE, "\"pane\" is a plane of glass: light that enters"),
-            (DISK, "\"pane\" is a disk of glass: light that enters"),
-            (TUBE, "\"pane\" is a cylinder of glass with an open end: light that enters"),
+    fn each_kind_of_open_shape_has_one_warning_with_a_count() {
+        for (shape, reported) in [
+            (QUAD, "\"pane\" is a quad of glass: light is refracted"),
+            (PLANE, "\"pane\" is a plane of glass: light is refracted"),
+            (DISK, "\"pane\" is a disk of glass: light is refracted"),
+            (TUBE, "\"pane\" is a cylinder of glass with an open end: light is refracted"),
         ] {
             for material in ["clear", "dim", "board", "boards"] {
                 let rest = format!("material = \"{material}\"");
                 let said = warnings(&[("pane", shape, &rest)]);
-                assert!(said.len() == 1 && said[0].contains(told), "{said:?}");
-                // The place is that of the material's name.
+                assert!(said.len() == 1 && said[0].contains(reported), "{said:?}");
+                // The position is that of the material's name.
                 assert!(said[0].starts_with("a.toml:13:12: "), "{said:?}");
             }
-            // Negative controls: what is not glass, and checkerboards without any.
+            // Negative controls: other materials, and checkerboards without glass.
             for material in ["matte", "unseen"] {
                 let rest = format!("material = \"{material}\"");
                 assert_eq!(warnings(&[("pane", shape, &rest)]), Vec::<String>::new());
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn solids_are_not_told() {
+    fn closed_shapes_have_no_warning() {
         let sphere = "type = \"sphere\", center = [0, 0, 0], radius = 1";
         let cuboid = "type = \"box\", min = [0, 0, 0], max = [1, 1, 1]";
         assert_eq!(warnings(&[("a", sphere, CLEAR), ("b", cuboid, CLEAR)]), Vec::<String>::new());
@@ -328,13 +328,13 @@ mod tests {
             side("[0.1, 0, 0]", "[0, 1.1, 0]", "[0, 0, 0.3]"),
         ];
         let all: Vec<_> = sides.iter().map(|side| ("side", side.as_str(), CLEAR)).collect();
-        let told = |all: &[(&str, &str, &str)]| {
+        let reported = |all: &[(&str, &str, &str)]| {
             let said = warnings(all);
             said.into_iter().filter(|line| line.contains("of glass")).collect::<Vec<_>>()
         };
-        assert_eq!(told(&all), Vec::<String>::new());
+        assert_eq!(reported(&all), Vec::<String>::new());
         // Negative control: without a lid, the four beside it are open, and the bottom is not.
-        let said = told(&all[1..]);
+        let said = reported(&all[1..]);
         assert!(said.len() == 1 && said[0].contains("4 entities, \"side\" the first, are quads"), "{said:?}");
     }
 
@@ -356,7 +356,7 @@ mod tests {
             warnings(&[("t", tube, flip), ("top", &top, flip), ("bottom", &bottom, flip)]),
             Vec::<String>::new()
         );
-        // Negative controls: another place, radius, direction or material, and none.
+        // Negative controls: another position, radius, direction or material, and none.
         for (other, rest) in [
             (disk("[0.1, 0, 0.1]", "[0, 0, -1]", "0.5"), CLEAR),
             (disk("[0.1, 0, 0]", "[0, 0, -1]", "0.49"), CLEAR),
@@ -375,15 +375,15 @@ mod tests {
             said.len() == 1 && said[0].contains("\"t\" is a cylinder of glass with an open end"),
             "{said:?}"
         );
-        // A disk that faces the wrong way closes it, and makes its inside an outside.
+        // A disk that faces the wrong way closes it, but swaps inside and outside.
         let said = with(&disk("[0.1, 0, 0]", "[0, 0, 1]", "0.5"), CLEAR);
         assert!(
-            said.len() == 1 && said[0].contains("\"bottom\" is a disk of glass that faces into"),
+            said.len() == 1 && said[0].contains("\"bottom\" is a disk of glass that faces the inside"),
             "{said:?}"
         );
     }
 
-    /// A tetrahedron whose vertices stand once for each face.
+    /// A tetrahedron with separate vertices for each face.
     fn tetrahedron() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let [a, b, c, d] = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, -0.0, 0.1]];
         let faces = [[a, c, b], [a, b, d], [b, c, d], [c, a, d]];
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_border_is_of_edges_with_one_triangle() {
+    fn border_edges_have_one_triangle() {
         let (positions, mut triangles) = tetrahedron();
         assert_eq!(border(&mesh_of((positions.clone(), triangles.clone()))), Vec::<[[f32; 3]; 2]>::new());
         // A triangle without an area on one of the edges changes nothing.
@@ -418,27 +418,27 @@ mod tests {
         write("open.obj", "f 1 3 2\nf 1 2 4\nf 2 3 4\n");
         write("parts.obj", "g one\nf 1 3 2\nf 1 2 4\ng two\nf 2 3 4\nf 3 1 4\n");
         let mesh = |file: &str, more: &str| format!("type = \"mesh\", file = \"{file}\"{more}");
-        let told = |entities: &[(&str, &str, &str)]| warnings_in(folder.path(), entities);
+        let reported = |entities: &[(&str, &str, &str)]| warnings_in(folder.path(), entities);
         let turned = ", transform = { scale = [0.1, 7, 1e-3], rotate = [10, 20, 30], translate = [1, 2, 3] }";
-        assert_eq!(told(&[("m", &mesh("closed.obj", turned), CLEAR)]), Vec::<String>::new());
-        let said = told(&[
+        assert_eq!(reported(&[("m", &mesh("closed.obj", turned), CLEAR)]), Vec::<String>::new());
+        let said = reported(&[
             ("m", &mesh("open.obj", turned), CLEAR),
             ("n", &mesh("open.obj", ""), "material = \"board\""),
         ]);
         assert!(
             said.len() == 1
                 && said[0].contains(
-                    "2 entities, \"m\" the first, are meshes of glass with edges that belong to one triangle"
+                    "2 entities, \"m\" the first, are open meshes of glass, with edges that belong to one triangle"
                 ),
             "{said:?}"
         );
-        assert_eq!(told(&[("m", &mesh("open.obj", ""), MATTE)]), Vec::<String>::new());
-        // Parts that are entities of their own, of two kinds of glass.
+        assert_eq!(reported(&[("m", &mesh("open.obj", ""), MATTE)]), Vec::<String>::new());
+        // Parts that are separate entities, of two kinds of glass.
         let parts = |materials: &str| {
             mesh("parts.obj", &format!("{turned}, materials = {{ {materials} }}").replacen(", ,", ",", 1))
         };
-        assert_eq!(told(&[("m", &parts("one = \"dim\""), CLEAR)]), Vec::<String>::new());
-        let said = told(&[("m", &parts("one = \"matte\""), CLEAR)]);
-        assert!(said.len() == 1 && said[0].contains("is a mesh of glass with edges"), "{said:?}");
+        assert_eq!(reported(&[("m", &parts("one = \"dim\""), CLEAR)]), Vec::<String>::new());
+        let said = reported(&[("m", &parts("one = \"matte\""), CLEAR)]);
+        assert!(said.len() == 1 && said[0].contains("is an open mesh of glass, with edges"), "{said:?}");
     }
 }

@@ -1,19 +1,18 @@
-//! Where meshes and groups may be placed.
+//! Limits of the transforms of meshes and groups.
 
 use super::description::Mesh;
 use crate::math::Bounds;
 use crate::parameter::limits::LONGEST;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// The volume below which a transform counts as flat, as a fraction of the largest that its axes' lengths allow.
+/// The relative volume below which a transform counts as singular: a fraction of the maximum for its axes' lengths.
 const FLAT: f64 = 1e-9;
 
-/// The smallest longest side of the box around meshes of one file. The areas of triangles a thousandth as long still
-/// fit 32 bits.
+/// The minimum longest side of the bounds of the meshes of one file. The areas of triangles a thousandth as long still
+/// fit in 32 bits.
 const SMALLEST: f64 = 1e-15;
 
-/// Whether a transform cannot be inverted: its determinant is next to nothing beside the largest that axes of these
-/// lengths could have.
+/// Whether a transform is singular: its determinant is negligible relative to the maximum for axes of these lengths.
 pub(super) fn is_flat(transform: &DAffine3) -> bool {
     let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
     let largest = x.length() * y.length() * z.length();
@@ -21,19 +20,18 @@ pub(super) fn is_flat(transform: &DAffine3) -> bool {
     !(is_deep && transform.is_finite())
 }
 
-/// The greatest factor by which a place may magnify errors. What is sheared, or squeezed obliquely, more is not shared.
+/// The maximum condition number of a transform. Geometry with a larger one is not shared.
 const WORST_CONDITION: f32 = 1000.0;
 
-/// The greatest factor by which a matrix lengthens, and its condition number for errors, ‖|A|·|A⁻¹|‖; both in the maximum
-/// norm.
+/// The largest factor by which a matrix stretches a vector, and its condition number for errors, ‖|A|·|A⁻¹|‖; both in
+/// the maximum norm.
 pub(crate) fn magnification(a: DMat3) -> [f64; 2] {
     let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
     let most = |m: DMat3| (0..3).map(|i| m.row(i).element_sum()).fold(0.0, f64::max);
     [most(absolute(a)), most(absolute(a) * absolute(a.inverse()))]
 }
 
-/// Whether rays can be taken to the space of what stands where a transform takes it, and hits back: it may shear and
-/// squeeze obliquely only so much.
+/// Whether a transform allows tracing rays in the space of shared geometry: its shear and uneven scale are limited.
 pub(crate) fn is_placeable(transform: &DAffine3) -> bool {
     let (a, inverse) = (transform.matrix3, transform.matrix3.inverse());
     let [stretch, condition] = magnification(a);
@@ -42,7 +40,7 @@ pub(crate) fn is_placeable(transform: &DAffine3) -> bool {
     numbers.all(|x| (x as f32).is_finite()) && condition as f32 <= WORST_CONDITION
 }
 
-/// What is wrong with where a transform takes what a box holds: see [`misplaced`].
+/// The problem with the transform of a box, if any: see [`misplaced`].
 pub(super) fn misplaced_box(own: &Bounds, transform: &DAffine3) -> Option<&'static str> {
     let Bounds { low, high } = own;
     let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -52,18 +50,16 @@ pub(super) fn misplaced_box(own: &Bounds, transform: &DAffine3) -> Option<&'stat
         let farthest = placed.abs().max_element().max(DVec3::from(p).abs().max_element());
         // NaN and infinities are not below it.
         if farthest.is_nan() || farthest > LONGEST {
-            return Some(
-                "the group, or the place to which the transform takes it, reaches farther than 1e18",
-            );
+            return Some("the group extends farther than 1e18, before or after its transform");
         }
         (least, most) = (least.min(placed), most.max(placed));
     }
-    let message = "the group is smaller than 1e-15 where it stands: nothing of it would be seen; give the transform a larger scale";
+    let message = "the transformed group is smaller than 1e-15 and would be invisible; give the transform a larger scale";
     ((most - least).max_element() < SMALLEST).then_some(message)
 }
 
-/// What is wrong with where a transform takes meshes, which are the parts of one file: some of it is too far out, or
-/// the whole is too small to be seen. It takes time in proportion to the vertices.
+/// The problem with the transform of meshes that are the parts of one file, if any: some of them are too far from the
+/// origin, or all together are too small to be visible. It takes time proportional to the number of vertices.
 pub(super) fn misplaced<'m>(
     meshes: impl IntoIterator<Item = &'m Mesh>,
     transform: &DAffine3,
@@ -71,9 +67,9 @@ pub(super) fn misplaced<'m>(
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for position in meshes.into_iter().flat_map(|mesh| &mesh.positions) {
         let placed = transform.transform_point3(DVec3::from(position.map(f64::from)));
-        // Coordinates farther out have squares that do not fit 32 bits.
+        // Larger coordinates have squares that overflow 32 bits.
         if placed.abs().max_element() > LONGEST {
-            return Some("the transform takes some of the mesh farther than 1e18");
+            return Some("the transform moves some of the mesh farther than 1e18 from the origin");
         }
         let single = placed.map(|x| f64::from(x as f32));
         (low, high) = (low.min(single), high.max(single));
@@ -81,7 +77,7 @@ pub(super) fn misplaced<'m>(
     let mut sides = (high - low).to_array();
     sides.sort_by(f64::total_cmp);
     let [_, narrower, longest] = sides;
-    let message = "the mesh is smaller than 1e-15 where it stands, or than what 32-bit numbers tell apart there: nothing of it would be seen; give the transform a larger scale, or move the mesh nearer to the origin";
+    let message = "the transformed mesh is smaller than 1e-15, or than the resolution of 32-bit numbers there, and would be invisible; give the transform a larger scale, or move the mesh closer to the origin";
     (longest < SMALLEST || narrower == 0.0).then_some(message)
 }
 
@@ -98,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_transforms_are_told() {
+    fn singular_transforms_are_reported() {
         assert!(!is_flat(&DAffine3::IDENTITY));
         assert!(!is_flat(&DAffine3::from_scale(DVec3::new(1e-6, 1e6, -1.0))));
         assert!(is_flat(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0))));
@@ -106,22 +102,28 @@ mod tests {
     }
 
     #[test]
-    fn meshes_too_far_out_and_too_small_ones_are_told() {
-        let told = |sizes: &[f32], transform: DAffine3| {
+    fn distant_and_tiny_meshes_are_reported() {
+        let reported = |sizes: &[f32], transform: DAffine3| {
             let meshes: Vec<_> = sizes.iter().map(|&size| triangle(size)).collect();
             misplaced(&meshes, &transform)
         };
         let moved = |x: f64| DAffine3::from_translation(DVec3::X * x);
         let scaled = |x: f64| DAffine3::from_scale(DVec3::splat(x));
-        assert_eq!(told(&[1.0], DAffine3::IDENTITY), None);
-        assert_eq!(told(&[1e17], moved(8e17)), None);
-        assert!(told(&[1e17], moved(9.5e17)).is_some_and(|told| told.contains("farther than 1e18")));
-        assert!(told(&[1.0], scaled(-2e18)).is_some_and(|told| told.contains("farther than 1e18")));
-        assert_eq!(told(&[1.0], scaled(2e-15)), None);
-        assert!(told(&[1.0], scaled(5e-16)).is_some_and(|told| told.contains("smaller than 1e-15")));
-        // There 32 bits tell apart what is 64 from the next.
-        assert!(told(&[1.0], moved(1e9)).is_some_and(|told| told.contains("smaller than 1e-15")));
-        // A part may be as small as it likes.
-        assert_eq!(told(&[1e-20, 1.0], DAffine3::IDENTITY), None);
+        assert_eq!(reported(&[1.0], DAffine3::IDENTITY), None);
+        assert_eq!(reported(&[1e17], moved(8e17)), None);
+        assert!(
+            reported(&[1e17], moved(9.5e17)).is_some_and(|reported| reported.contains("farther than 1e18"))
+        );
+        assert!(
+            reported(&[1.0], scaled(-2e18)).is_some_and(|reported| reported.contains("farther than 1e18"))
+        );
+        assert_eq!(reported(&[1.0], scaled(2e-15)), None);
+        assert!(
+            reported(&[1.0], scaled(5e-16)).is_some_and(|reported| reported.contains("smaller than 1e-15"))
+        );
+        // There, 32 bits distinguish multiples of 64.
+        assert!(reported(&[1.0], moved(1e9)).is_some_and(|reported| reported.contains("smaller than 1e-15")));
+        // A single part may be arbitrarily small.
+        assert_eq!(reported(&[1e-20, 1.0], DAffine3::IDENTITY), None);
     }
 }

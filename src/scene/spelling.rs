@@ -1,9 +1,9 @@
 //! The nearest spelling of a name, and words of a file made safe to print.
 
-/// The longest word, in bytes, whose nearest spelling is looked for.
+/// The maximum length in bytes of words for which suggestions are made.
 const MAX_WORD: usize = 64;
 
-/// Other programs' words for our keys and types.
+/// Words of other programs for keys and types of scene files.
 const SYNONYMS: &[(&str, &str)] = &[
     ("albedo", "reflectance"),
     ("color", "reflectance"),
@@ -29,12 +29,12 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("target", "look_at"),
 ];
 
-/// A word from the file in quotes, shortened and made safe to print.
+/// A word of the file in quotes, shortened and made safe to print.
 pub(super) fn quote(word: &str) -> String {
     format!("\"{}\"", shorten(word))
 }
 
-/// The first line of some text from the file, without anything that a terminal would obey.
+/// The first line of some text of the file, without terminal control sequences.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 40;
     let mut short = String::new();
@@ -53,7 +53,7 @@ pub(super) fn shorten(text: &str) -> String {
     short
 }
 
-/// The candidate that `word` is most likely a misspelling of.
+/// The candidate that `word` most likely misspells.
 pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<&'c str> {
     if word.is_empty() || word.len() > MAX_WORD {
         return None;
@@ -72,19 +72,19 @@ pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> 
             synonyms.filter_map(|(_, ours)| candidates.clone().find(|candidate| candidate == ours)).next()
         })
         .or_else(|| {
-            // Half of a double name: "fov" for "vertical_fov".
+            // Half of a compound name: "fov" for "vertical_fov".
             candidates
                 .clone()
                 .find(|candidate| candidate.contains('_') && candidate.split('_').any(|p| p == lower))
         })
 }
 
-/// What is wrong with a word for `what` that is not among those known.
+/// The message about an unknown word for `what`.
 pub(super) fn unknown(what: &str, word: &str) -> String {
     format!("unknown {what} {}", quote(word))
 }
 
-/// What to write instead of `word`: the nearest candidate, or all of them.
+/// The suggestion for `word`: the nearest candidate, or all of them.
 pub(super) fn instead<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
     match nearest(word, candidates.clone()) {
         Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
@@ -92,7 +92,7 @@ pub(super) fn instead<'c>(word: &str, candidates: impl Iterator<Item = &'c str> 
     }
 }
 
-/// Words in quotes, with commas between them; the first dozen if there are more.
+/// Words in quotes, separated by commas, at most a dozen.
 pub(super) fn list<'c>(words: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
     const MOST: usize = 12;
     let mut text = words.clone().take(MOST).map(quote).collect::<Vec<_>>().join(", ");
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn nearest_finds_misspellings_in_any_case() {
+    fn misspellings_are_found_in_any_case() {
         assert_eq!(near("ey"), Some("eye"));
         assert_eq!(near("yee"), Some("eye"));
         assert_eq!(near("Aperture-Radius"), Some("aperture_radius"));
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn nearest_knows_other_programs_words_and_halves_of_ours() {
+    fn words_of_other_programs_and_halves_of_compounds_are_known() {
         assert_eq!(near("albedo"), Some("reflectance"));
         assert_eq!(near("spp"), Some("samples"));
         assert_eq!(near("fov"), Some("vertical_fov"));
@@ -129,14 +129,14 @@ mod tests {
     }
 
     #[test]
-    fn nearest_does_not_guess_wildly() {
+    fn unrelated_words_have_no_suggestion() {
         for word in ["", "x", "width", "integrator", &"s".repeat(1 << 20)] {
             assert_eq!(near(word), None);
         }
     }
 
     #[test]
-    fn quoted_text_is_short_and_cannot_steer_a_terminal() {
+    fn quoted_text_is_short_and_free_of_control_sequences() {
         assert_eq!(quote("größe \"a\""), "\"größe \"a\"\"");
         assert_eq!(quote("\u{1b}[2J\u{202e}\u{200b}"), "\"\\u{1b}[2J\\u{202e}\\u{200b}\"");
         assert_eq!(quote("one\ntwo"), "\"one…\"");

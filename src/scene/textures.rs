@@ -1,30 +1,30 @@
-//! The promises of a scene about its textures, and of its materials about those that they name.
+//! The invariants of a scene about textures and references to them.
 
 use super::description::{Modifiers, Scene};
 use super::interfaces::{of_unknown_index, unknown_index};
 use super::names::MAX_NESTING;
-use crate::material::{Place, stands_alone};
+use crate::material::{ParameterSlot, is_evaluated_directly};
 use crate::parameter::{Family, Value};
 use crate::texture::{ImageFile, costs};
 
-/// What breaks a promise.
+/// The part that violates an invariant.
 pub(super) enum Broken {
-    /// The texture of this index.
+    /// The texture with this index.
     Texture(usize, String),
-    /// The material of this index.
+    /// The material with this index.
     Material(usize, String),
-    /// The entity of this index.
+    /// The entity with this index.
     Entity(usize, String),
 }
 
-/// All that breaks promises, but for values beyond their limits.
+/// All violations, except values out of range.
 pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     let mut all = Vec::new();
     let mut nesting = vec![0; scene.textures.len()];
     for (i, texture) in scene.textures.iter().enumerate() {
         for named in texture.kind.textures() {
             if named >= i {
-                let message = format!("it names texture {}, which is not before it", named + 1);
+                let message = format!("it names texture {}, which does not precede it", named + 1);
                 all.push(Broken::Texture(i, message));
             } else {
                 nesting[i] = nesting[i].max(nesting[named] + 1);
@@ -37,7 +37,7 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
             all.extend(objection.map(|message| Broken::Texture(i, message)));
         }
         if nesting[i] == MAX_NESTING + 1 {
-            all.push(Broken::Texture(i, format!("it is nested more than {MAX_NESTING} deep")));
+            all.push(Broken::Texture(i, format!("it is nested more than {MAX_NESTING} levels deep")));
         }
     }
     for (i, material) in scene.materials.iter().enumerate() {
@@ -46,7 +46,7 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
         for (name, map) in [("normal_map", normal_map), ("bump_map", bump_map)] {
             let has_texture = material.textures.iter().any(|textured| textured.parameter == name);
             if map.is_some() != has_texture {
-                let message = format!("{name} must be there if a texture is named for it, and only then");
+                let message = format!("{name} must be present if and only if a texture is named for it");
                 all.push(Broken::Material(i, message));
             }
         }
@@ -56,11 +56,11 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
                 let (number, count) = (textured.texture + 1, scene.textures.len());
                 all.push(Broken::Material(i, format!("there is no texture {number}, only {count}")));
             }
-            if !stands_alone(&kind, name) && Place::of(&kind, name).is_none() {
-                all.push(Broken::Material(i, format!("{name} can be no texture")));
+            if !is_evaluated_directly(&kind, name) && ParameterSlot::of(&kind, name).is_none() {
+                all.push(Broken::Material(i, format!("{name} cannot be a texture")));
             }
             if material.textures[..place].iter().any(|other| other.parameter == name) {
-                all.push(Broken::Material(i, format!("{name} is two textures")));
+                all.push(Broken::Material(i, format!("{name} is named as a texture twice")));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! A camera by the point that it looks at, as people describe one and as the window moves it.
+//! A camera defined by its focal point, as in the window.
 
 use super::description::{CameraSettings, Scene};
 use crate::parameter::unit;
@@ -6,30 +6,30 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A camera by the point that it looks at. It displays as the camera of a scene file, which reads as
+/// A camera defined by the point that it looks at. It displays as the camera of a scene file, which is read back as
 /// [`Viewpoint::settings`] to the bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Viewpoint {
-    /// The focal point.
+    /// The eye.
     pub eye: [f64; 3],
-    /// A point in the middle of the picture.
+    /// The point at the centre of the image.
     pub look_at: [f64; 3],
-    /// The world's up direction, of any length.
+    /// The up direction, of any length.
     pub up: [f64; 3],
-    /// The angle between the top and the bottom of the picture, in degrees. An orthographic camera has none.
+    /// The angle between the top and the bottom of the image, in degrees. An orthographic camera has none.
     pub vertical_fov: f64,
-    /// The height of an orthographic camera's picture.
+    /// The height of an orthographic camera's image.
     pub orthographic_height: Option<f64>,
-    /// Nothing nearer than this distance along the direction of view is seen.
+    /// The near clipping distance along the viewing direction.
     pub near: f64,
     /// The radius of a thin lens; zero for a pinhole.
     pub aperture_radius: f64,
-    /// The distance along the direction of view that a thin lens renders sharp.
+    /// The distance along the viewing direction at which a thin lens is in focus.
     pub focus_distance: f64,
 }
 
 impl Viewpoint {
-    /// The camera, if it can be one: a camera that is too far away cannot.
+    /// The camera; `None` if its values are out of range.
     pub fn settings(&self) -> Option<CameraSettings> {
         let eye = DVec3::from_array(self.eye);
         let of_any = CameraSettings {
@@ -75,7 +75,7 @@ impl fmt::Display for Viewpoint {
     }
 }
 
-/// The fewest digits that are read as the number.
+/// The fewest digits that are read back as the same number.
 fn number(value: f64) -> String {
     format!("{value}")
 }
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_viewpoint_is_read_from_its_text_to_the_bit() {
+    fn a_viewpoint_is_read_back_to_the_bit() {
         let pinhole = Viewpoint {
             eye: [0.1, -6.0, 2.503],
             look_at: [1e-7, 1e9 / 3.0, 0.9],
@@ -106,7 +106,7 @@ mod tests {
         for viewpoint in [pinhole.clone(), lens, parallel.clone()] {
             assert_eq!(Some(read(&viewpoint)), viewpoint.settings());
         }
-        // Negative control, and cameras that are none.
+        // Negative control, and invalid cameras.
         let other = Viewpoint { vertical_fov: 40.000_000_1, ..pinhole.clone() };
         assert_ne!(Some(read(&other)), pinhole.settings());
         for far in [1e300, f64::NAN] {

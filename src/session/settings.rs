@@ -5,7 +5,7 @@ use crate::integrator;
 use crate::math::lanes::Level;
 use crate::sampling::{Rectangle, Region};
 use crate::scene::{FilmMode, Fingerprint, Scene, Viewpoint};
-use crate::world::Finder;
+use crate::world::AcceleratorChoice;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -135,13 +135,13 @@ pub struct Devices {
     /// The SIMD level of the CPU workers.
     pub level: Level,
     /// The acceleration structure on the CPU.
-    pub finder: Finder,
+    pub accelerator: AcceleratorChoice,
 }
 
 impl Devices {
     /// CPU threads only.
     pub fn cpu(threads: NonZeroUsize, level: Level) -> Devices {
-        Devices { choice: DeviceChoice::Cpu, threads, level, finder: Finder::Fastest }
+        Devices { choice: DeviceChoice::Cpu, threads, level, accelerator: AcceleratorChoice::Fastest }
     }
 }
 

@@ -54,7 +54,7 @@ impl WorkerPool {
         let Scene { film, render, .. } = &*settings.job.scene;
         let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
         let (compiled, world) =
-            (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.devices.finder)));
+            (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.devices.accelerator)));
         drop(surfaces);
         let offset = film_offset(film);
         let splatter = splatter(settings);

@@ -2,8 +2,8 @@
 
 use super::plane::distance_to_plane;
 use super::{
-    BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Piece, RareForm, RareKind, RareShape, Shape,
-    ShapeParameters, Surface, overlap,
+    BOUNDS_ERROR, Bounds, CustomKind, CustomSurface, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters,
+    Surface, SurfaceFunctions, SurfaceKind, overlap,
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
@@ -17,30 +17,31 @@ parameters! {
     pub struct DiskParameters: "disk", "a disk" {
         /// The centre of the disk.
         center: DVec3 = POINT,
-        /// The direction the disk faces, of any length.
+        /// The normal of the disk, of any length.
         normal: DVec3 = DIRECTION,
-        /// The radius of the disk. Its uv are the angle about the normal over 2π and the distance from the centre over the radius.
+        /// The radius of the disk. Its u is the angle about the normal divided by 2π, its v the distance from the
+        /// centre divided by the radius.
         radius: f64 = ParameterKind::Number(LENGTH),
     }
 }
 
-/// The points of a plane that are at most the radius from a centre.
+/// The points of a plane whose distance from a centre is at most the radius.
 ///
-/// It reaches over its rim by `overlap`, so that nothing slips between it and a cylinder that it closes.
+/// It extends beyond its rim by `overlap`, so that no ray passes between it and a cylinder that it closes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
     /// The centre.
     pub centre: [f32; 3],
     /// The radius, above zero.
     pub radius: f32,
-    /// Of length one.
+    /// The normal, of length one.
     pub normal: [f32; 3],
-    /// The disk's plane is where X·normal is this.
+    /// The disk's plane consists of the points X with X·normal = distance.
     pub distance: f32,
-    /// X·x_axis + the fourth entry is the first coordinate of a point X in the plane, with the centre at zero and the
-    /// radius for its unit, in the frame of the normal.
+    /// X·x_axis + the fourth component is the first coordinate of a point X of the plane in the frame of the normal.
+    /// The centre has the coordinate zero, and the unit is the radius.
     pub x_axis: [f32; 4],
-    /// The second likewise.
+    /// Likewise for the second coordinate.
     pub y_axis: [f32; 4],
 }
 
@@ -50,7 +51,7 @@ impl Disk {
         let radius = radius + overlap(centre.abs().max_element() + radius, radius);
         let frame = Frame::<f32>::around(Vec3::splat(narrow(normal.to_array())));
         let wide = |v: Vec3<f32>| DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
-        // The frame's axes are rounded; these are at right angles to the normal and each other.
+        // The frame's axes are rounded; these are perpendicular to the normal and to each other.
         let x = (wide(frame.s) - normal * normal.dot(wide(frame.s))).normalize();
         let axis = |w: DVec3| narrow((w / radius).extend(-w.dot(centre) / radius).to_array());
         Disk {
@@ -72,7 +73,7 @@ impl Disk {
 
 impl ShapeParameters for DiskParameters {
     fn pieces(&self) -> Vec<Piece> {
-        vec![Piece::Rare(Disk::new(self.center, self.normal, self.radius).into())]
+        vec![Piece::Custom(Disk::new(self.center, self.normal, self.radius).into())]
     }
 }
 
@@ -88,14 +89,14 @@ impl Shape for Disk {
     }
 
     fn bounds(&self) -> Bounds {
-        // As of a square about it: a and b are off by a few roundings of |X|/radius.
+        // As for a square around it: a and b are off by a few roundings of |X|/radius.
         let reach = self.normal.map(|n| self.radius * (1.0 - n * n).max(0.0).sqrt());
         around(self.centre, reach).grown(3.0 * BOUNDS_ERROR)
     }
 
     fn surface(&self) -> Surface {
         Surface {
-            form: Form::Rare(RareKind::Disk),
+            kind: SurfaceKind::Custom(CustomKind::Disk),
             normal: self.normal,
             distance: self.distance,
             u_axis: self.x_axis,
@@ -107,53 +108,54 @@ impl Shape for Disk {
     }
 }
 
-/// Nearer to the centre than this share of the radius areas of uv are those of here.
+/// The smallest v for densities of uv: closer to the centre, the density at this v is used.
 const LEAST_V: f32 = 1e-3;
 
-/// The axis is the normal and the constant the distance; u and v are the first and the second coordinate.
-impl RareShape for Disk {
+/// The axis is the normal and the constant is the distance; u_axis and v_axis are x_axis and y_axis.
+impl SurfaceFunctions for Disk {
     #[inline(always)]
-    fn point<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> (Vec3<F>, F) {
-        (form.axis, p.dot(form.axis) - form.constant)
+    fn point<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> (Vec3<F>, F) {
+        (surface.axis, p.dot(surface.axis) - surface.constant)
     }
 
-    /// Around the centre.
+    /// The direction of increasing angle.
     #[inline(always)]
-    fn tangent<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> Vec3<F> {
-        let x = p.dot(form.u_axis) + form.u_offset;
-        let y = p.dot(form.v_axis) + form.v_offset;
-        form.v_axis * x - form.u_axis * y
+    fn tangent<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> Vec3<F> {
+        let x = p.dot(surface.u_axis) + surface.u_offset;
+        let y = p.dot(surface.v_axis) + surface.v_offset;
+        surface.v_axis * x - surface.u_axis * y
     }
 
-    /// Polar coordinates: φ/2π, and the distance from the centre with the radius for its unit.
+    /// Polar coordinates: φ/2π, and the distance from the centre divided by the radius.
     #[inline(always)]
-    fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, _n: Vec3<F>) -> [F; 2] {
-        let x = p.dot(form.u_axis) + form.u_offset;
-        let y = p.dot(form.v_axis) + form.v_offset;
+    fn uv<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>, _n: Vec3<F>) -> [F; 2] {
+        let x = p.dot(surface.u_axis) + surface.u_offset;
+        let y = p.dot(surface.v_axis) + surface.v_offset;
         [trig::angle_turns(y, x), (x * x + y * y).sqrt()]
     }
 
     #[inline(always)]
-    fn uv_per_area<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> F {
-        let x = p.dot(form.u_axis) + form.u_offset;
-        let y = p.dot(form.v_axis) + form.v_offset;
-        // The axes have the length of one over the radius.
+    fn uv_per_area<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> F {
+        let x = p.dot(surface.u_axis) + surface.u_offset;
+        let y = p.dot(surface.v_axis) + surface.v_offset;
+        // The axes have the length 1/radius.
         let v = (x * x + y * y).sqrt().max(F::splat(LEAST_V));
-        form.u_axis.dot(form.u_axis) * (1.0 / TAU) / v
+        surface.u_axis.dot(surface.u_axis) * (1.0 / TAU) / v
     }
 
     #[inline(always)]
-    fn uv_gradients<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> [Vec3<F>; 2] {
-        let x = p.dot(form.u_axis) + form.u_offset;
-        let y = p.dot(form.v_axis) + form.v_offset;
+    fn uv_gradients<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> [Vec3<F>; 2] {
+        let x = p.dot(surface.u_axis) + surface.u_offset;
+        let y = p.dot(surface.v_axis) + surface.v_offset;
         let v = (x * x + y * y).sqrt().max(F::splat(LEAST_V));
-        let (around, outwards) = (form.v_axis * x - form.u_axis * y, form.u_axis * x + form.v_axis * y);
+        let (around, outwards) =
+            (surface.v_axis * x - surface.u_axis * y, surface.u_axis * x + surface.v_axis * y);
         [around * (F::splat(1.0 / TAU) / (v * v)), outwards * (F::splat(1.0) / v)]
     }
 }
 
-/// The box around a point that reaches this far along each axis.
+/// The box around a point with this extent along each axis.
 pub(super) fn around(centre: [f32; 3], reach: [f32; 3]) -> Bounds {
-    let moved = |by: f32| [0, 1, 2].map(|i| centre[i] + by * reach[i]);
-    Bounds::of([moved(-1.0), moved(1.0)])
+    let offset_by = |by: f32| [0, 1, 2].map(|i| centre[i] + by * reach[i]);
+    Bounds::of([offset_by(-1.0), offset_by(1.0)])
 }

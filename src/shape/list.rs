@@ -7,7 +7,7 @@ use glam::DAffine3;
 use std::sync::Arc;
 
 family! {
-    /// A form and its place, as a scene describes it.
+    /// A shape, as a scene describes it.
     pub enum AnyShape {
         Plane(plane::PlaneParameters),
         Sphere(sphere::SphereParameters),
@@ -18,13 +18,13 @@ family! {
         ;
         /// Triangles; outward is their counter-clockwise side.
         Mesh {
-            /// The triangles, in the space of their file. Entities of one file share them.
+            /// The triangles, in the space of their file. Entities with the same file share them.
             mesh: Arc<Mesh>,
-            /// From there to the world; it can be inverted.
+            /// The transform from there to world space; it is invertible.
             transform: DAffine3,
         },
     }
 
-    /// What rays meet; none of a mesh, whose triangles are kept by themselves.
+    /// The pieces that rays are tested against; none for a mesh, whose triangles are stored separately.
     pub fn pieces(&self) -> Vec<Piece> = shape => shape.pieces(), else Vec::new();
 }

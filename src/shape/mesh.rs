@@ -1,53 +1,53 @@
-//! Triangle meshes as their files have them.
+//! Triangle meshes in the form of their files.
 
-/// A surface of triangles in a space of its own, checked: every index is that of a vertex, every number is finite.
+/// A triangle mesh in a space of its own. Checked: every index refers to a vertex, and every number is finite.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// The vertices.
     pub positions: Vec<[f32; 3]>,
-    /// Normals for shading, one a vertex, of any length; or none at all.
+    /// Shading normals, one per vertex, of any length; or none.
     pub normals: Vec<[f32; 3]>,
-    /// uv, one a vertex; or none at all, which stands for (0, 0), (1, 0) and (1, 1) at each triangle's corners.
+    /// uv, one per vertex. Without any, each triangle has (0, 0), (1, 0) and (1, 1) at its corners.
     pub uv: Vec<[f32; 2]>,
-    /// The triangles' corners, counter-clockwise from outside; at least one.
+    /// The corners of the triangles as indices of vertices, counter-clockwise from outside; at least one triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Coordinates as far out as this have squares and areas that fit 32 bits.
+/// The largest magnitude of a coordinate: its squares and areas can be represented in 32 bits.
 pub const FARTHEST: f32 = 1e18;
 
-/// The most triangles and vertices: they are numbered in 31 bits.
+/// The maximum number of triangles, and of vertices: their indices have 31 bits.
 pub const MOST: usize = 1 << 30;
 
-/// Why numbers are no mesh.
+/// An invalid mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
-    /// There is nothing to see.
+    /// It has no triangle.
     #[error("there is no triangle in it")]
     Empty,
-    /// There are triangles, but nothing to see of them.
-    #[error("all of its triangles are without area: there is nothing to see")]
+    /// It has triangles, but all of them are degenerate.
+    #[error("all of its triangles have zero area")]
     Flat,
-    /// More than can be numbered.
+    /// It has more vertices or triangles than can be numbered.
     #[error("it has {0} vertices or triangles, more than stride can number (2³⁰)")]
     TooMany(usize),
-    /// A corner is no vertex.
+    /// A corner refers to a vertex that does not exist.
     #[error("triangle {triangle} has vertex {index}, but there are only {vertices} (counted from 0)")]
     NoSuchVertex {
-        /// Which triangle, from 0.
+        /// The index of the triangle, from 0.
         triangle: usize,
-        /// The index of its corner.
+        /// The index of the corner's vertex.
         index: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
-    /// NaN, an infinity, or too far out.
+    /// A number that is NaN, infinite or too large.
     #[error("vertex {0} (counted from 0) has a {1} that is not a number, or larger than 10¹⁸")]
     NotFinite(usize, &'static str),
 }
 
 impl Mesh {
-    /// Whether any of the triangles has an area.
+    /// Whether any of the triangles has an area above zero.
     pub fn has_area(&self) -> bool {
         let wide = |&i: &u32| glam::DVec3::from(self.positions[i as usize].map(f64::from));
         self.triangles.iter().any(|corners| {
@@ -56,7 +56,7 @@ impl Mesh {
         })
     }
 
-    /// Checks a mesh, except that it has an area: see [`Mesh::has_area`].
+    /// Checks a mesh, apart from its area: see [`Mesh::has_area`].
     pub fn check(&self) -> Result<(), MeshError> {
         let vertices = self.positions.len();
         debug_assert!(self.normals.is_empty() || self.normals.len() == vertices);
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_that_are_no_mesh_are_refused() {
+    fn invalid_meshes_are_refused() {
         let good = Mesh {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2]],

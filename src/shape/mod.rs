@@ -1,42 +1,44 @@
-//! Shapes: the first hit of a ray on a surface, and the properties of the surface there.
+//! Shapes: the first hit of a ray on a surface, and the properties of the surface at a hit.
 //!
-//! Distances are along a ray of unit direction; [`NOTHING`] stands for no hit. Outward is a plane's normal,
-//! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side, a disk's normal, and away from a cylinder's
-//! axis. A box is six quads.
+//! Distances are along a ray of unit direction; [`NOTHING`] means no hit. The outward side is that of the normal of a
+//! plane or disk, the outside of a sphere, and the side of u × v of a quad. For a triangle it is the counter-clockwise
+//! side, and for a cylinder the side away from its axis. A box is six quads.
 
 mod cuboid;
+mod custom;
 mod cylinder;
 mod disk;
 pub(crate) mod list;
 mod mesh;
-mod moved;
 mod plane;
 mod quad;
-mod rare;
 mod sphere;
+mod transformed;
 mod triangle;
 
+pub use custom::*;
 pub use list::*;
 pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
-pub use moved::moved;
 pub use plane::Plane;
-pub use quad::{Quad, QuadForm};
-pub use rare::*;
-pub use sphere::{Sphere, SphereForm};
-pub use triangle::{Meeting, NEEDLE, Sheared, Shears, Sides, TRIANGLE_ERROR, is_needle, triangle_error};
+pub use quad::{Quad, QuadLanes};
+pub use sphere::{Sphere, SphereLanes};
+pub use transformed::transformed;
+pub use triangle::{
+    NEEDLE, ShearedRay, ShearedRays, Sides, TRIANGLE_ERROR, TriangleHit, is_needle, triangle_error,
+};
 
 use crate::math::{Bounds, Float, Ray, Vec3};
 
-/// The distance of a hit that does not happen.
+/// The distance of a ray without a hit.
 pub const NOTHING: f32 = f32::INFINITY;
 
 /// The parameters of a shape, as a scene describes it.
 pub trait ShapeParameters {
-    /// What rays meet: most shapes are one piece, a box is six.
+    /// The pieces that rays are tested against: one for most shapes, six for a box.
     fn pieces(&self) -> Vec<Piece>;
 }
 
-/// A part of a described shape, as rays meet it.
+/// A part of a shape that rays are tested against.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Piece {
     /// A plane.
@@ -45,8 +47,8 @@ pub enum Piece {
     Sphere(Sphere),
     /// A quad.
     Quad(Quad),
-    /// A shape of which most scenes have none.
-    Rare(Rare),
+    /// A shape with functions of its own.
+    Custom(CustomShape),
 }
 
 impl Piece {
@@ -56,7 +58,7 @@ impl Piece {
             Piece::Plane(plane) => plane.bounds(),
             Piece::Sphere(sphere) => sphere.bounds(),
             Piece::Quad(quad) => quad.bounds(),
-            Piece::Rare(rare) => rare.bounds(),
+            Piece::Custom(custom) => custom.bounds(),
         }
     }
 
@@ -66,92 +68,94 @@ impl Piece {
             Piece::Plane(plane) => plane.surface(),
             Piece::Sphere(sphere) => sphere.surface(),
             Piece::Quad(quad) => quad.surface(),
-            Piece::Rare(rare) => rare.surface(),
+            Piece::Custom(custom) => custom.surface(),
         }
     }
 }
 
-/// The interface of shapes.
+/// The interface of surfaces that rays can hit.
 pub trait Shape {
-    /// Distance to the first hit in front of the ray's origin, or [`NOTHING`]. A hit at the origin itself
-    /// is none.
+    /// The distance to the first hit in front of the ray's origin, or [`NOTHING`]. A point at the origin itself is not
+    /// a hit.
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F;
-    /// A box around it, grown by the error of rounding: wherever [`Shape::intersect`] says that a ray meets the
-    /// shape, the ray passes there through the box grown by [`BOUNDS_ERROR`] of the largest coordinate of the
-    /// ray's origin. Not finite if the shape is not.
+    /// A bounding box that includes rounding errors. If [`Shape::intersect`] returns a hit, the ray passes there
+    /// through the box grown by [`BOUNDS_ERROR`] of the largest coordinate of the ray's origin. Not finite if the shape
+    /// is unbounded.
     fn bounds(&self) -> Bounds;
-    /// The surface's properties, in the form that hits look up.
+    /// The surface's properties, for evaluation at hits.
     fn surface(&self) -> Surface;
 }
 
-/// A shape of which most scenes have none. Its hits are completed apart from those on other surfaces, by the functions
-/// here, from the numbers that its [`Surface`] holds.
-trait RareShape: Shape {
-    /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the surface along
-    /// that normal. `p` is a computed hit: off by rounding alone.
-    fn point<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> (Vec3<F>, F);
+/// A shape whose hits are completed by functions of its own, from the numbers of its [`Surface`], apart from those on
+/// other surfaces.
+trait SurfaceFunctions: Shape {
+    /// The outward unit normal of the surface at its point nearest to `p`, and the distance of `p` from the surface
+    /// along that normal. `p` is a computed hit: off by rounding errors only.
+    fn point<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> (Vec3<F>, F);
 
-    /// The direction at a point on the surface in which u grows and v does not change, of any length.
-    fn tangent<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> Vec3<F>;
+    /// The direction, at a point on the surface, in which u increases and v is constant, of any length.
+    fn tangent<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> Vec3<F>;
 
-    /// uv at a point on the surface, where the outward unit normal is `n`.
-    fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2];
+    /// uv at a point on the surface, given its outward unit normal `n`.
+    fn uv<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2];
 
-    /// The area of uv for each area of the surface at a point on it; large where it has no bound.
-    fn uv_per_area<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> F;
+    /// The area of uv per area of the surface at a point on it; large where it is unbounded.
+    fn uv_per_area<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> F;
 
-    /// The gradients of u and of v along the surface at a point on it.
-    fn uv_gradients<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> [Vec3<F>; 2];
+    /// The gradients of u and v along the surface at a point on it.
+    fn uv_gradients<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> [Vec3<F>; 2];
 }
 
-/// The formula for the normal and uv of a surface at a point.
+/// The formula for a surface's normal and uv.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// A plane or a quad; also meshes, whose triangles have their own formula.
+pub enum SurfaceKind {
+    /// That of a plane or a quad. Meshes are stored as this kind, but their triangles have formulas of their own.
     Flat,
     /// A sphere.
     Round,
-    /// The shape's own: see [`Rare`].
-    Rare(RareKind),
+    /// The functions of the shape: see [`CustomShape`].
+    Custom(CustomKind),
 }
 
-/// Everything that a hit looks up of a surface, in one form for flat and round ones, so that lanes on different shapes
-/// evaluate the same formula. In world space and the scene's unit of length.
+/// The properties of a surface that hits look up. Flat and round surfaces share one formula, so that lanes on different
+/// shapes run the same code. In world space and the scene's unit of length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Its form.
-    pub form: Form,
+    /// Its kind.
+    pub kind: SurfaceKind,
     /// Centre of a round surface; zero for others.
     pub centre: [f32; 3],
     /// Radius of a round surface; zero for others.
     pub radius: f32,
-    /// The point near which a round surface is described best (see [`Sphere`]), and a rare one's [`RareForm::anchor`];
-    /// zero for a flat one.
+    /// The anchor of a round surface (see [`Sphere`]), and the [`CustomSurface::anchor`] of a custom one; zero for a
+    /// flat one.
     pub anchor: [f32; 3],
     /// From the anchor to the centre of a round surface; zero for a flat one.
     pub to_centre: [f32; 3],
     /// The anchor's power; zero for a flat surface.
     pub anchor_power: f32,
-    /// Outward normal of a flat surface, of length one, and a rare one's [`RareForm::axis`]; zero for a round one.
+    /// The outward unit normal of a flat surface, and the [`CustomSurface::axis`] of a custom one; zero for a round
+    /// one.
     pub normal: [f32; 3],
-    /// A flat surface is where X·normal is this. A rare one's [`RareForm::constant`].
+    /// A flat surface consists of the points X with X·normal = distance. The [`CustomSurface::constant`] of a custom
+    /// one.
     pub distance: f32,
-    /// The surface's share of a hit's error bound: how far a computed hit may lie off the surface, plus how
-    /// close to it a ray may start before its intersection is in doubt.
+    /// The surface's contribution to a hit's error bound: the largest distance of a computed hit from the surface, plus
+    /// the distance below which a ray that starts there might intersect it again.
     pub error: f32,
-    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place. What a rare surface has
-    /// it for its shape says.
+    /// u of a point X on a flat surface is X·axis + offset, with the offset as the fourth component. For a custom
+    /// surface, see its shape.
     pub u_axis: [f32; 4],
-    /// v likewise.
+    /// Likewise for v.
     pub v_axis: [f32; 4],
     /// Area; infinite for a plane.
     pub area: f32,
 }
 
 impl Surface {
-    /// The row of a mesh, whose triangles hold the rest.
+    /// The row of a mesh; the rest is in its triangles.
     pub const OF_A_MESH: Surface = Surface {
-        form: Form::Flat,
+        kind: SurfaceKind::Flat,
         centre: [0.0; 3],
         radius: 0.0,
         anchor: [0.0; 3],
@@ -169,31 +173,31 @@ impl Surface {
 /// The unit roundoff of f32: the relative error of one operation.
 pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON / 2.0;
 
-/// Error of a hit's position for each unit of its largest coordinate (see [`offset_origin`]).
+/// The error of a hit's position per unit of its largest coordinate (see [`offset_origin`]).
 pub const POSITION_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
 
-/// By how much a disk, a cylinder or a side of a box of some size reaches over its edges, so that rays do not slip
-/// between two of them that meet there: by what rounding does to a hit, where the largest coordinate is so large, but
-/// never so much that it is seen.
+/// The distance by which a disk, a cylinder or a side of a box extends beyond its edges, so that rays do not slip
+/// through where two of them meet. It covers the rounding errors of hits at the largest coordinate, but is limited to a
+/// fraction of the size that cannot be seen.
 fn overlap(largest: f64, size: f64) -> f64 {
     (0.5 * f64::from(POSITION_ERROR) * largest).min(1e-4 * size)
 }
 
-/// How far outside of a shape a computed hit on it may lie, for each unit of the largest coordinates of the
-/// shape and of the ray's origin.
+/// The largest distance of a computed hit outside its shape, per unit of the largest coordinates of the shape and of
+/// the ray's origin.
 ///
-/// The hit is where the distance that [`Shape::intersect`] computes takes the ray. On a plane that distance is
-/// off by a few roundings of the origin and the plane's own distance, and what an oblique quad adds its bounds
-/// pay for. On a sphere or cylinder the distance from the centre or axis is off by some 12 roundings of the origin's
-/// distance from the centre, which is up to √3 times the sum of both's coordinates. Comparing the distance with those to a
-/// box takes 4 more.
+/// The hit is at the distance that [`Shape::intersect`] computes. On a plane, that distance is off by a few roundings
+/// of the origin and of the plane's own distance; the additional error of an oblique quad is in its bounds. On a sphere
+/// or cylinder, the distance from the centre or axis is off by some 12 roundings of the origin's distance from the
+/// centre, which is up to √3 times the sum of the coordinates of both. The comparison with the distances to a box adds
+/// 4 more.
 pub const BOUNDS_ERROR: f32 = 64.0 * UNIT_ROUNDOFF;
 
-/// The origin of a ray that leaves a surface at `p`, moved off it by the hit's own error bound, towards
-/// the side that `d` points to, so that the ray can't meet the surface it leaves.
+/// The origin of a ray that leaves a surface at `p`, moved off the surface by the hit's own error bound to the side
+/// that `d` points to, so that the ray cannot hit the surface again there.
 ///
-/// `n` is the unit normal; `error` the bound on |distance to the surface|. The bound grows with the
-/// coordinates: a fixed epsilon leaks in large scenes.
+/// `n` is the unit normal; `error` is the bound on the distance to the surface. The bound grows with the coordinates: a
+/// fixed epsilon would leak in large scenes.
 #[inline(always)]
 pub fn offset_origin<F: Float>(p: Vec3<F>, n: Vec3<F>, error: F, d: Vec3<F>) -> Vec3<F> {
     p + n * error.copysign(n.dot(d))

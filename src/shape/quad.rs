@@ -2,7 +2,8 @@
 
 use super::plane::distance_to_plane;
 use super::{
-    BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters, Surface, overlap,
+    BOUNDS_ERROR, Bounds, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters, Surface, SurfaceKind,
+    overlap,
 };
 use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{EDGE, PARALLEL, POINT};
@@ -35,25 +36,25 @@ fn with_an_area(quad: QuadParameters, _: &mut Vec<Problem>) -> Result<QuadParame
 pub struct Quad {
     /// The corner where uv is (0, 0).
     pub corner: [f32; 3],
-    /// First edge.
+    /// The first edge.
     pub u: [f32; 3],
-    /// Second edge.
+    /// The second edge.
     pub v: [f32; 3],
-    /// u × v, of length one.
+    /// The unit normal, along u × v.
     pub normal: [f32; 3],
-    /// The quad's plane is where X·normal is this.
+    /// The quad's plane consists of the points X with X·normal = distance.
     pub distance: f32,
-    /// a of a point X is X·u_axis + the fourth entry.
+    /// a of a point X is X·u_axis + the fourth component.
     pub u_axis: [f32; 4],
-    /// b likewise.
+    /// Likewise for b.
     pub v_axis: [f32; 4],
 }
 
 impl Quad {
-    /// The quad of a corner and two edges that are not parallel.
+    /// The quad of a corner and two edges, which must not be parallel.
     pub fn new(corner: DVec3, u: DVec3, v: DVec3) -> Quad {
         let n = u.cross(v);
-        // The dual basis: u_axis is 1 along u and 0 along v.
+        // The dual basis: u_axis has the product 1 with u and 0 with v.
         let u_axis = v.cross(n) / n.length_squared();
         let v_axis = n.cross(u) / n.length_squared();
         let unit = n.normalize();
@@ -69,8 +70,9 @@ impl Quad {
         }
     }
 
-    /// The sides of the box between two corners, each facing out and reaching over its edges by `overlap`: those
-    /// across x, y and z in turn, the lower one first. v runs along z, or along y where the side is across z.
+    /// The sides of the box between two corners, facing outwards and extended beyond their edges by `overlap`: those
+    /// perpendicular to x, y and z in turn, the lower one first. v runs along z, or along y on the sides perpendicular
+    /// to z.
     pub fn sides(min: DVec3, max: DVec3) -> [Quad; 6] {
         let largest = min.abs().max(max.abs()).max_element();
         let more = DVec3::splat(overlap(largest, (max - min).min_element()));
@@ -92,25 +94,25 @@ impl Quad {
     }
 }
 
-/// The numbers of a quad for intersections, one quad a lane or one in all lanes.
+/// The numbers for intersections with quads: one quad per lane, or the same one in all lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct QuadForm<F> {
-    /// Of length one.
+pub struct QuadLanes<F> {
+    /// The normal, of length one.
     pub normal: Vec3<F>,
-    /// The quad's plane is where X·normal is this.
+    /// The quad's plane consists of the points X with X·normal = distance.
     pub distance: F,
     /// a of a point X is X·u_axis + u_offset.
     pub u_axis: Vec3<F>,
     /// See `u_axis`.
     pub u_offset: F,
-    /// b likewise.
+    /// Likewise for b.
     pub v_axis: Vec3<F>,
     /// See `v_axis`.
     pub v_offset: F,
 }
 
-impl<F: Float> QuadForm<F> {
-    /// Distance to the first hit: see [`Shape::intersect`].
+impl<F: Float> QuadLanes<F> {
+    /// The distance to the first hit: see [`Shape::intersect`].
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray<F>) -> F {
         let t = distance_to_plane(ray, self.normal, self.distance);
@@ -132,7 +134,7 @@ impl Shape for Quad {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
         let ([ux, uy, uz, u_offset], [vx, vy, vz, v_offset]) = (self.u_axis, self.v_axis);
-        let form = QuadForm {
+        let form = QuadLanes {
             normal: Vec3::splat(self.normal),
             distance: F::splat(self.distance),
             u_axis: Vec3::splat([ux, uy, uz]),
@@ -144,8 +146,8 @@ impl Shape for Quad {
     }
 
     fn bounds(&self) -> Bounds {
-        // A point that the test takes for one of the quad has coordinates a and b that are off by a few
-        // roundings of |X|·|axis|, that much of an edge: more the more oblique the edges are to each other.
+        // A point that the test accepts has coordinates a and b that are off by a few roundings of |X|·|axis|, as
+        // fractions of an edge: the more oblique the edges, the larger.
         let [corner, u, v] = [self.corner, self.u, self.v].map(Vec3::<f32>::splat);
         let length = |axis: [f32; 4]| Vec3::<f32>::splat([axis[0], axis[1], axis[2]]).length();
         let oblique = length(self.u_axis) * u.length() + length(self.v_axis) * v.length();
@@ -155,7 +157,7 @@ impl Shape for Quad {
 
     fn surface(&self) -> Surface {
         Surface {
-            form: Form::Flat,
+            kind: SurfaceKind::Flat,
             centre: [0.0; 3],
             radius: 0.0,
             anchor: [0.0; 3],

@@ -1,6 +1,8 @@
 //! The sphere.
 
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, Shape, ShapeParameters, Surface, UNIT_ROUNDOFF};
+use super::{
+    BOUNDS_ERROR, Bounds, NOTHING, Piece, Shape, ShapeParameters, Surface, SurfaceKind, UNIT_ROUNDOFF,
+};
 use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{LENGTH, POINT};
 use crate::parameter::{ParameterKind, parameters};
@@ -17,23 +19,24 @@ parameters! {
     }
 }
 
-/// A sphere's share of its hits' error bound, for each unit of its anchor's coordinates and, unless it is a
-/// wall, of its radius.
+/// A sphere's contribution to its hits' error bound, per unit of its anchor's coordinates and, unless it is nearly
+/// flat, of its radius.
 ///
-/// Of w·(w − 2h) each factor, product and sum is rounded once, which leaves the power within 5 roundings of
-/// |w|·|w − 2h|, and the distance, power/2r, within 2.5 of r for an ordinary sphere and 5 of |w| for a wall.
-/// That happens twice, when the hit is put onto the sphere and when the next ray is tested against it. |w| is at most
-/// the hit's and the anchor's distance from the origin; [`super::POSITION_ERROR`] pays for the hit's.
+/// In w·(w − 2h), each factor, product and sum is rounded once, which gives the power within 5 roundings of
+/// |w|·|w − 2h|. The distance, power/2r, is then within 2.5 roundings of r for an ordinary sphere, and within 5 of |w|
+/// for a nearly flat one. The error occurs twice: when the hit is projected onto the sphere, and when the next ray is
+/// tested against it. |w| is at most the sum of the hit's and the anchor's distances from the origin;
+/// [`super::POSITION_ERROR`] covers the hit's.
 const SPHERE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// All X with |X − centre| = radius: hollow, so that light can pass (report §2.3.2.1).
+/// The points X with |X − centre| = radius: a hollow surface, so that light can pass (report §2.3.2.1).
 ///
-/// A point's *power* is |X − centre|² − radius²: zero on the sphere. Of a sphere so large that the scene
-/// sees it as a wall, that difference loses all the digits that matter: with a radius of 10⁵ it places the
-/// wall within 0.02, and paths slip out between two such walls at a corner. So the power of a point X is
-/// computed as w·(w − 2h) + k, with w and h from an anchor A to X and to the centre, and k the power of A.
-/// An ordinary sphere is anchored in its centre, which makes it |w|² − radius²; a wall in its point nearest
-/// to the world's origin, which makes all terms small where the scene is.
+/// The *power* of a point is |X − centre|² − radius², which is zero on the sphere. For a sphere so large that the scene
+/// sees it as a wall, that difference loses all significant digits: with a radius of 10⁵ it locates the wall within
+/// 0.02, and paths slip out between two such walls at a corner. Therefore the power of a point X is computed as w·(w −
+/// 2h) + k. Here w and h are the vectors from an anchor A to X and to the centre, and k is the power of A. The anchor
+/// of an ordinary sphere is its centre, which gives |w|² − radius². That of a nearly flat sphere is its point nearest
+/// to the world's origin, which keeps all terms small within the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// The centre.
@@ -52,10 +55,10 @@ impl Sphere {
     /// The sphere of a centre and a radius above zero.
     pub fn new(centre: DVec3, radius: f64) -> Sphere {
         let distance = centre.length();
-        // Seen from the origin the nearest point is much nearer than the centre.
+        // The nearest point to the origin is much nearer than the centre.
         let is_wall = (distance - radius).abs() < 0.25 * radius;
         let anchor = if is_wall { centre * (1.0 - radius / distance) } else { centre };
-        // What rounding does to the anchor is known, and goes into its power.
+        // The rounding error of the anchor is known, and is included in its power.
         let anchor = narrow(anchor.to_array());
         let to_centre = if is_wall { centre - DVec3::from(anchor.map(f64::from)) } else { DVec3::ZERO };
         Sphere {
@@ -68,9 +71,9 @@ impl Sphere {
     }
 }
 
-/// The numbers of a sphere for intersections, one sphere a lane or one in all lanes: see [`Sphere`].
+/// The numbers for intersections with spheres, one sphere per lane or the same one in all lanes: see [`Sphere`].
 #[derive(Clone, Copy, Debug)]
-pub struct SphereForm<F> {
+pub struct SphereLanes<F> {
     /// The anchor A.
     pub anchor: Vec3<F>,
     /// h, from the anchor to the centre.
@@ -81,20 +84,20 @@ pub struct SphereForm<F> {
     pub anchor_power: F,
 }
 
-impl<F: Float> SphereForm<F> {
+impl<F: Float> SphereLanes<F> {
     /// The power of the point at `w` from the anchor.
     #[inline(always)]
     fn power(&self, w: Vec3<F>) -> F {
         w.dot(w - self.twice_to_centre) + self.anchor_power
     }
 
-    /// Distance to the first hit: see [`Shape::intersect`].
+    /// The distance to the first hit: see [`Shape::intersect`].
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray<F>) -> F {
-        // t² + 2bt + c = 0 with b = m·d and c = m·m − r², the power of the origin. The discriminant b² − c
-        // cancels when the sphere is small and far; the power of the point nearest to the centre does not
-        // (Haines, Günther and Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection"),
-        // and neither does the smaller root as c/q.
+        // t² + 2bt + c = 0 with b = m·d and c = m·m − r², the power of the origin. The discriminant b² − c cancels for
+        // a small and distant sphere. The power of the point nearest to the centre does not (Haines, Günther and
+        // Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection"), and neither does the smaller root
+        // as c/q.
         let w = ray.o - self.anchor;
         let b = (w - self.to_centre).dot(ray.d);
         let c = self.power(w);
@@ -102,7 +105,8 @@ impl<F: Float> SphereForm<F> {
         let root = discriminant.max(F::zero()).sqrt();
         let q = -b - root.copysign(b);
         let (t0, t1) = (c / q, q);
-        // One of the roots is negative or the smaller one is nearer; a root at or before the origin is none.
+        // Either one of the roots is negative, or the smaller one is nearer; a root at or before the origin is not a
+        // hit.
         let (near, far) = (t0.min(t1), t0.max(t1));
         let zero = F::zero();
         let t = F::select(near.gt(zero), near, far);
@@ -110,7 +114,7 @@ impl<F: Float> SphereForm<F> {
         F::select(hit, t, F::splat(NOTHING))
     }
 
-    /// The same along a ray whose direction has any length, in units of that length.
+    /// The same for a ray with a direction of any length, in units of that length.
     #[inline(always)]
     pub fn intersect_any_length(&self, ray: &Ray<F>) -> F {
         // at² + 2bt + c = 0 with a = d·d; otherwise as above.
@@ -130,10 +134,10 @@ impl<F: Float> SphereForm<F> {
 }
 
 impl Sphere {
-    /// The numbers for intersections, in all lanes.
+    /// The numbers for intersections, the same in all lanes.
     #[inline(always)]
-    pub fn form<F: Float>(&self) -> SphereForm<F> {
-        SphereForm {
+    pub fn lanes<F: Float>(&self) -> SphereLanes<F> {
+        SphereLanes {
             anchor: Vec3::splat(self.anchor),
             to_centre: Vec3::splat(self.to_centre),
             twice_to_centre: Vec3::splat(self.to_centre.map(|x| 2.0 * x)),
@@ -151,7 +155,7 @@ impl ShapeParameters for SphereParameters {
 impl Shape for Sphere {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
-        self.form().intersect(ray)
+        self.lanes().intersect(ray)
     }
 
     fn bounds(&self) -> Bounds {
@@ -161,11 +165,11 @@ impl Shape for Sphere {
 
     fn surface(&self) -> Surface {
         let largest = |v: [f32; 3]| v.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
-        // How far a point of the sphere can be from the anchor, as far as its coordinates don't tell.
+        // The largest distance of a point of the sphere from the anchor that is not bounded by its coordinates.
         let is_wall = largest(self.to_centre) > 0.0;
         let reach = if is_wall { 0.0 } else { self.radius };
         Surface {
-            form: Form::Round,
+            kind: SurfaceKind::Round,
             centre: self.centre,
             radius: self.radius,
             anchor: self.anchor,

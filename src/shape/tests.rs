@@ -1,5 +1,5 @@
-//! Distances against mathematics in double precision, over many rays, far, near, grazing, from inside and
-//! at scales from 10⁻⁶ to 10⁶. What becomes of a hit afterwards is in `tests/hits.rs`.
+//! Distances against results in double precision, over many rays: far, near, grazing, from inside, and at scales from
+//! 10⁻⁶ to 10⁶. The processing of hits is tested in `tests/hits.rs`.
 
 use super::*;
 use crate::sampling::Stream;
@@ -21,7 +21,7 @@ fn array(v: [f32; 3]) -> DVec3 {
     wide(Vec3::splat(v))
 }
 
-/// Sum of the magnitudes of a scalar product's terms: what its rounding errors are relative to.
+/// The sum of the magnitudes of a dot product's terms, to which its rounding errors are relative.
 fn magnitudes(a: DVec3, b: DVec3) -> f64 {
     a.abs().dot(b.abs())
 }
@@ -33,17 +33,17 @@ fn direction(stream: &mut Stream) -> DVec3 {
     DVec3::new(r * phi.cos(), r * phi.sin(), z)
 }
 
-/// What mathematics says of a ray, as far as rounded inputs can tell.
+/// The expected result for a ray, within the precision of rounded inputs.
 enum Truth {
-    /// A hit this far, within an error.
+    /// A hit at this distance, within an error.
     Hit(f64, f64),
     /// No hit.
     Nothing,
-    /// So close to an edge or to the origin that one rounding decides.
+    /// So close to an edge or to the origin that a rounding error decides.
     Doubtful,
 }
 
-/// How often each answer came, so that a test can say that it tested something.
+/// The number of times each result occurred, so that a test can check that it covers all.
 #[derive(Default, Debug)]
 struct Tally {
     hits: u32,
@@ -61,20 +61,20 @@ impl Tally {
             }
             Truth::Nothing => {
                 self.nothings += 1;
-                assert!(got == NOTHING, "{}: {got} where nothing is", what());
+                assert!(got == NOTHING, "{}: {got} where no hit is expected", what());
             }
             Truth::Doubtful => self.doubtful += 1,
         }
     }
 
-    fn assert_telling(&self) {
+    fn assert_covers_all(&self) {
         let all = self.hits + self.nothings + self.doubtful;
         assert!(self.hits > all / 10 && self.nothings > all / 10 && self.doubtful < all / 5, "{self:?}");
     }
 }
 
-/// Origins and directions around something of a size at a place: from inside, near and a million sizes
-/// away; anywhere, aimed at it, aimed at its rim.
+/// Origins and directions around an object of a size at a position. Origins are inside, near and a million sizes away;
+/// directions are random, towards the object, and towards its rim.
 fn ray(stream: &mut Stream, place: DVec3, size: f64) -> Ray<f32> {
     let distance = size * [0.5, 1.5, 10.0, 1e3, 1e6][stream.random_range(0..5)];
     let o = narrow(place + direction(stream) * distance * stream.random::<f64>());
@@ -82,7 +82,7 @@ fn ray(stream: &mut Stream, place: DVec3, size: f64) -> Ray<f32> {
     let target = match stream.random_range(0..4) {
         0 => return Ray::new(o, narrow(direction(stream)).normalized()),
         1 => place + direction(stream) * size * stream.random::<f64>(),
-        // Just inside and just outside the rim as seen from the origin.
+        // Just inside and just outside the rim, as seen from the origin.
         2 => place + direction(stream).cross(towards).normalize() * size * stream.random_range(0.95..1.05),
         _ => place + towards.any_orthonormal_vector() * size * stream.random_range(0.9999..1.0001),
     };
@@ -106,7 +106,7 @@ fn plane_truth(ray: &Ray<f32>, normal: [f32; 3], distance: f32) -> Truth {
 }
 
 #[test]
-fn plane_distances_are_those_of_mathematics() {
+fn plane_distances_match_double_precision() {
     let stream = &mut Stream::new(1, 0, 0);
     let mut tally = Tally::default();
     for scale in SCALES {
@@ -120,21 +120,21 @@ fn plane_distances_are_those_of_mathematics() {
             tally.check(plane.intersect(&ray), truth, || format!("{plane:?} {ray:?}"));
         }
     }
-    tally.assert_telling();
+    tally.assert_covers_all();
 }
 
-/// Of a ray from far away that passes near the rim the discriminant is lost in the rounding of the ray
-/// itself; everywhere else the answer is held to a few roundings of what enters it.
+/// For a distant ray that passes near the rim, the discriminant is lost in the rounding of the ray itself. All other
+/// results are accurate to a few roundings of their inputs.
 fn sphere_truth(sphere: &Sphere, ray: &Ray<f32>) -> Truth {
     let (m, d) = (wide(ray.o) - array(sphere.centre), wide(ray.d));
     let r = f64::from(sphere.radius);
-    // The ray's own length differs from one by a rounding or two: mathematics takes it as it is.
+    // The ray's length differs from one by a rounding or two; the reference uses its actual length.
     let a = d.length_squared();
     let (b, c) = (m.dot(d) / a, (m.length_squared() - r * r) / a);
     let discriminant = b * b - c;
     let reach = m.length();
     let perpendicular = (m - d * b).length();
-    // m − b·d is off by a few roundings of m, its square by as many times twice its length.
+    // m − b·d is off by a few roundings of m, and its square by twice its length times as many.
     let m_error = U * (3.0 * reach + wide(ray.o).abs().max_element());
     let discriminant_error =
         2.0 * perpendicular * (4.0 * U * reach + m_error) + 4.0 * U * (perpendicular * perpendicular + r * r);
@@ -155,7 +155,7 @@ fn sphere_truth(sphere: &Sphere, ray: &Ray<f32>) -> Truth {
         return Truth::Nothing;
     }
     let q = b.abs() + root;
-    // From outside the nearer root and from inside, looking outwards, the only one is c/q; else it is q.
+    // From outside the nearer root is c/q, and from inside, looking outwards, the only one; otherwise it is q.
     if inside && !behind {
         return Truth::Hit(q, 2.0 * q_error);
     }
@@ -164,7 +164,7 @@ fn sphere_truth(sphere: &Sphere, ray: &Ray<f32>) -> Truth {
 }
 
 #[test]
-fn sphere_distances_are_those_of_mathematics() {
+fn sphere_distances_match_double_precision() {
     let stream = &mut Stream::new(2, 0, 0);
     let mut tally = Tally::default();
     for scale in SCALES {
@@ -176,11 +176,11 @@ fn sphere_distances_are_those_of_mathematics() {
             tally.check(sphere.intersect(&ray), truth, || format!("{sphere:?} {ray:?}"));
         }
     }
-    tally.assert_telling();
+    tally.assert_covers_all();
 }
 
 #[test]
-fn quad_distances_are_those_of_mathematics_within_its_edges() {
+fn quad_distances_match_double_precision_within_its_edges() {
     let stream = &mut Stream::new(3, 0, 0);
     let mut tally = Tally::default();
     for scale in SCALES {
@@ -201,10 +201,10 @@ fn quad_distances_are_those_of_mathematics_within_its_edges() {
                     let coordinate = |axis: DVec3| (p - corner).dot(axis) / n.length_squared();
                     let (a_axis, b_axis) = (v.cross(n), n.cross(u));
                     let (a, b) = (coordinate(a_axis), coordinate(b_axis));
-                    // How far the point may lie off, along the ray and by rounding, in units of the edges.
+                    // The position error along the ray and from rounding, in units of the edges.
                     let off = error + 8.0 * U * (wide(ray.o).length() + t + corner.length() + scale);
                     let margin = off * a_axis.length().max(b_axis.length()) / n.length_squared();
-                    // Above zero inside both pairs of edges, below outside.
+                    // Positive inside both pairs of edges, negative outside.
                     let inside = a.min(1.0 - a).min(b).min(1.0 - b);
                     match inside {
                         _ if inside.abs() <= margin => Truth::Doubtful,
@@ -217,11 +217,11 @@ fn quad_distances_are_those_of_mathematics_within_its_edges() {
             tally.check(quad.intersect(&ray), truth, || format!("{quad:?} {ray:?}"));
         }
     }
-    tally.assert_telling();
+    tally.assert_covers_all();
 }
 
 #[test]
-fn disk_distances_are_those_of_mathematics_within_the_rim() {
+fn disk_distances_match_double_precision_within_the_rim() {
     let stream = &mut Stream::new(4, 0, 0);
     let mut tally = Tally::default();
     for scale in SCALES {
@@ -234,7 +234,7 @@ fn disk_distances_are_those_of_mathematics_within_the_rim() {
                 Truth::Hit(t, error) => {
                     let p = wide(ray.o) + wide(ray.d) * t;
                     let largest = wide(ray.o).length() + t + centre.length() + radius;
-                    // How far the point may lie off, and how far the disk reaches over its rim.
+                    // The position error, and the extension of the disk beyond its rim.
                     let margin = error + 8.0 * U * largest + overlap(centre.length() + radius, radius);
                     match radius - p.distance(centre) {
                         inside if inside.abs() <= margin => Truth::Doubtful,
@@ -247,17 +247,17 @@ fn disk_distances_are_those_of_mathematics_within_the_rim() {
             tally.check(disk.intersect(&ray), truth, || format!("{disk:?} {ray:?}"));
         }
     }
-    tally.assert_telling();
+    tally.assert_covers_all();
 }
 
-/// As of a sphere across the axis; along it, both roots ask where the ends are.
+/// As for a sphere across the axis; both roots are compared with the ends along it.
 fn cylinder_truth(cylinder: &Cylinder, ray: &Ray<f32>) -> Truth {
     let axis = array(cylinder.axis).normalize();
     let (w, d) = (wide(ray.o) - array(cylinder.middle), wide(ray.d));
     let [r, half] = [cylinder.radius, cylinder.half].map(f64::from);
     let (m, e) = (w - axis * w.dot(axis), d - axis * d.dot(axis));
     let (a, b, c) = (e.dot(e), m.dot(e), m.length_squared() - r * r);
-    // What rounding does to both parts.
+    // The rounding errors of both components.
     let (m_error, e_error) = (5.0 * U * w.length(), 4.0 * U);
     let nearest = m - e * (b / a);
     let discriminant = r * r - nearest.length_squared();
@@ -292,7 +292,7 @@ fn cylinder_truth(cylinder: &Cylinder, ray: &Ray<f32>) -> Truth {
 }
 
 #[test]
-fn cylinder_distances_are_those_of_mathematics_between_the_ends() {
+fn cylinder_distances_match_double_precision_between_the_ends() {
     let stream = &mut Stream::new(5, 0, 0);
     let mut tally = Tally::default();
     for scale in SCALES {
@@ -306,11 +306,11 @@ fn cylinder_distances_are_those_of_mathematics_between_the_ends() {
             tally.check(cylinder.intersect(&ray), truth, || format!("{cylinder:?} {ray:?}"));
         }
     }
-    tally.assert_telling();
+    tally.assert_covers_all();
 }
 
 #[test]
-fn nothing_slips_out_between_the_sides_of_a_box_or_the_ends_of_a_can() {
+fn no_ray_escapes_from_a_box_or_a_capped_cylinder() {
     let stream = &mut Stream::new(6, 0, 0);
     type Distance<'a> = &'a dyn Fn(&Ray<f32>) -> f32;
     let met = |shapes: &[Distance<'_>], ray: &Ray<f32>| shapes.iter().any(|f| f(ray) < NOTHING);
@@ -328,14 +328,14 @@ fn nothing_slips_out_between_the_sides_of_a_box_or_the_ends_of_a_can() {
             for _ in 0..30_000 {
                 let from =
                     |within: f64, stream: &mut Stream| direction(stream) * within * stream.random::<f64>();
-                // To an edge of the box,
+                // Towards an edge of the box,
                 let mut to = DVec3::from([(); 3].map(|()| [-1.0, 1.0][stream.random_range(0..2)]));
                 to[stream.random_range(0..3)] = stream.random_range(-1.0..1.0);
                 let o = middle + from(size.min_element(), stream);
                 let d = narrow(middle + size * to - wide(narrow(o))).normalized();
                 let shapes = sides.each_ref().map(|side| side as &dyn Fn(&_) -> _);
                 out += u32::from(!met(&shapes, &Ray::new(narrow(o), d)));
-                // and to a rim of the can.
+                // and towards a rim of the capped cylinder.
                 let rim =
                     ends[stream.random_range(0..2)] + axis.cross(direction(stream)).normalize() * radius;
                 let o = middle + from(radius.min(size.x), stream);
@@ -346,46 +346,46 @@ fn nothing_slips_out_between_the_sides_of_a_box_or_the_ends_of_a_can() {
             }
         }
     }
-    assert!(rays >= 900_000 && out == 0, "{out} of {rays} rays slip out");
+    assert!(rays >= 900_000 && out == 0, "{out} of {rays} rays escape");
 }
 
 #[test]
 fn a_cylinder_is_open_at_its_ends() {
     let cylinder = Cylinder::new(DVec3::NEG_Z, DVec3::Z, 1.0);
-    // From the side, from inside, away.
+    // From the side, from inside, away from it.
     assert_eq!(cylinder.intersect(&at([3.0, 0.0, 0.5], [-1.0, 0.0, 0.0])), 2.0);
     assert_eq!(cylinder.intersect(&at([0.5, 0.0, 0.5], [-1.0, 0.0, 0.0])), 1.5);
     assert_eq!(cylinder.intersect(&at([3.0, 0.0, 0.5], [1.0, 0.0, 0.0])), NOTHING);
-    // Past the ends, and along the axis, within and without.
+    // Past the ends, and along the axis, inside and outside.
     assert_eq!(cylinder.intersect(&at([3.0, 0.0, 1.5], [-1.0, 0.0, 0.0])), NOTHING);
     for x in [0.0, 0.5, 1.0, 2.0] {
         assert_eq!(cylinder.intersect(&at([x, 0.0, 5.0], [0.0, 0.0, -1.0])), NOTHING);
     }
-    // Down through the open end, to the far side.
+    // Down through the open end to the far side.
     let t = cylinder.intersect(&at([2.0, 0.0, 3.0], [-0.6, 0.0, -0.8]));
     assert!((t - 5.0).abs() < 1e-5 && cylinder.intersect(&at([0.0, 0.0, 3.0], [-0.6, 0.0, -0.8])) == NOTHING);
-    // From the surface itself outwards there is nothing, inwards the other side.
+    // From the surface outwards there is no hit, and inwards the far side.
     assert_eq!(cylinder.intersect(&at([1.0, 0.0, 0.0], [1.0, 0.0, 0.0])), NOTHING);
     assert_eq!(cylinder.intersect(&at([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])), 2.0);
 }
 
 #[test]
-fn the_sides_of_a_box_face_out() {
+fn the_sides_of_a_box_face_outwards() {
     let (min, max) = (DVec3::new(1.0, -2.0, 3.0), DVec3::new(2.0, 2.0, 8.0));
     let middle = narrow((min + max) * 0.5);
     for side in Quad::sides(min, max) {
         let n = Vec3::<f32>::splat(side.normal);
         assert!(side.intersect(&Ray::new(middle, n)) < NOTHING && n.max_abs() == 1.0, "{side:?}");
         assert_eq!(side.intersect(&Ray::new(middle, -n)), NOTHING);
-        // Upright: v runs along the last of the axes that it can.
+        // v runs along the last axis that lies in the side.
         let up = if n.z == 0.0 { side.v[2] } else { side.v[1] };
         assert!(up > 0.0 && side.v.iter().filter(|v| **v != 0.0).count() == 1, "{side:?}");
     }
 }
 
 #[test]
-fn a_wrong_distance_is_noticed() {
-    // The report's own slip: b² − 4c where b is half the linear coefficient.
+fn a_wrong_distance_is_detected() {
+    // The error in the report: b² − 4c, where b is half the linear coefficient.
     let sphere = Sphere::new(DVec3::Z * 5.0, 1.0);
     let ray = Ray::new(Vec3::splat([0.3, 0.0, 0.0]), Vec3::splat([0.0, 0.0, 1.0]));
     let check = |got| {
@@ -409,7 +409,7 @@ fn at(o: [f32; 3], d: [f32; 3]) -> Ray<f32> {
 }
 
 #[test]
-fn a_root_at_or_below_the_origin_is_no_hit() {
+fn a_root_at_or_before_the_origin_is_not_a_hit() {
     let plane = Plane { normal: [0.0, 0.0, 1.0], distance: -3.0 };
     let quad = Quad::new(DVec3::new(-1.0, -1.0, -3.0), DVec3::X * 2.0, DVec3::Y * 2.0);
     for (z, d, t) in [
@@ -428,7 +428,7 @@ fn a_root_at_or_below_the_origin_is_no_hit() {
         (0.0, 1.0, 1.0),
         (0.0, -1.0, NOTHING),
         (1.0, -1.0, NOTHING),
-        // On the surface the near root is none, so that the far one counts.
+        // On the surface the near root is not a hit, so that the far one counts.
         (1.0, 1.0, 2.0),
         (3.0, -1.0, 2.0),
         (3.0, 1.0, NOTHING),
@@ -441,7 +441,7 @@ fn a_root_at_or_below_the_origin_is_no_hit() {
 }
 
 #[test]
-fn a_ray_along_a_flat_surface_meets_nothing() {
+fn a_ray_parallel_to_a_flat_surface_has_no_hit() {
     let plane = Plane { normal: [0.0, 0.0, 1.0], distance: 2.0 };
     let quad = Quad::new(DVec3::new(0.0, 0.0, 2.0), DVec3::X, DVec3::Y);
     for z in [1.0, 2.0, 3.0] {
@@ -453,7 +453,7 @@ fn a_ray_along_a_flat_surface_meets_nothing() {
 }
 
 #[test]
-fn areas_are_those_of_geometry() {
+fn areas_match_geometry() {
     let plane = Plane { normal: [0.0, 1.0, 0.0], distance: 0.0 };
     assert_eq!(plane.surface().area, f32::INFINITY);
     let sphere = Sphere::new(DVec3::ONE, 2.0);
@@ -466,24 +466,24 @@ fn areas_are_those_of_geometry() {
     assert!((disk.surface().area / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5);
     let cylinder = Cylinder::new(DVec3::ONE, DVec3::new(1.0, 4.0, 5.0), 2.0);
     assert!((cylinder.surface().area / (20.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5);
-    // What they reach over their edges by is not seen, however far away they are.
+    // The extension beyond the edges is invisible, however far away they are.
     let far = Quad::sides(DVec3::splat(1e9), DVec3::splat(1e9 + 1.0));
     assert!(far.iter().all(|side| side.surface().area < 1.001), "{far:?}");
 }
 
 #[test]
-fn triangles_are_met_however_long_their_sides_are() {
+fn triangles_of_all_sizes_are_hit() {
     for exponent in -12..=18 {
         let size = 10_f64.powi(exponent);
         let corners = [DVec3::ZERO, DVec3::X * size, DVec3::Y * size].map(narrow);
         let target = DVec3::new(0.25, 0.25, 0.0) * size;
         for d in [DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.0, -0.8, -0.6)] {
             let ray = Ray::new(narrow(target - d * size), narrow(d));
-            let met = Shears::new(&ray).meet(corners, true);
+            let met = ShearedRays::new(&ray).intersect(corners, true);
             assert!((f64::from(met.t) / size - 1.0).abs() < 1e-5, "10^{exponent}: {met:?}");
             assert!(met.weights.iter().all(|w| (w - 0.25).abs() < 1e-5), "10^{exponent}: {met:?}");
             let beside = Ray::new(narrow(target * 3.0 - d * size), narrow(d));
-            assert_eq!(Shears::new(&beside).meet(corners, true).t, NOTHING, "10^{exponent}");
+            assert_eq!(ShearedRays::new(&beside).intersect(corners, true).t, NOTHING, "10^{exponent}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Two textures by turns.
+//! A checkerboard of two textures.
 
 use super::columns::Instructions;
 use super::instruction::{Instruction, Op};
@@ -8,20 +8,20 @@ use crate::parameter::limits::{LENGTH, RADIANCE};
 use crate::parameter::{ParameterKind, Varying, parameters};
 
 parameters! {
-    /// Alternates two textures over the surface's uv: `even` is where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks for
-    /// each unit. A texture inside a check takes the coordinates within it, scaled to 0…1.
+    /// Alternates two textures over the surface's uv: `even` is used where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks
+    /// per unit. A texture within a check uses coordinates within it, scaled to 0…1.
     pub struct CheckerboardTexture: "checkerboard", "a checkerboard texture" {
-        /// What is seen where the numbers of the check along u and along v have an even sum: a number, a colour, or the
-        /// name of a texture.
+        /// The value on checks whose numbers along u and v have an even sum: a number, a colour, or the name of a
+        /// texture.
         even: Varying = ParameterKind::Varying(RADIANCE),
-        /// What is seen elsewhere.
+        /// The value on the other checks.
         odd: Varying = ParameterKind::Varying(RADIANCE),
-        /// Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.
+        /// Checks per unit of uv: one number, or one along u and one along v. A plane's uv are lengths in the plane.
         checks_per_unit: [f64; 2] = ParameterKind::Pair(LENGTH) => "1",
     }
 }
 
-/// The bit of a check that leaves uv as they are, because nothing within depends on them.
+/// The bit of a checkerboard that leaves uv unchanged, because none of its textures depends on them.
 const KEEPS_UV: u32 = 1;
 
 impl TextureParameters for CheckerboardTexture {
@@ -53,7 +53,7 @@ impl TextureParameters for CheckerboardTexture {
     }
 }
 
-/// The instruction with which a check goes on, and uv there.
+/// The instruction that a checkerboard continues with, and uv there.
 #[inline(always)]
 pub(super) fn choose<F: Float>(all: &Instructions, at: F::Uint, [u, v]: [F; 2]) -> (F::Uint, [F; 2]) {
     let a = u * all.number::<F>(0, at);
@@ -66,14 +66,14 @@ pub(super) fn choose<F: Float>(all: &Instructions, at: F::Uint, [u, v]: [F; 2]) 
     (next, [F::select(keeps, u, a - line), F::select(keeps, v, b - column)])
 }
 
-/// The area of uv within a check for each area of uv.
+/// The area of uv within a check per area of uv.
 #[inline(always)]
 pub(super) fn uv_area_scale<F: Float>(all: &Instructions, at: F::Uint) -> F {
     let scale = (all.number::<F>(0, at) * all.number::<F>(1, at)).abs();
     F::select(keeps_uv::<F>(all, at), F::splat(1.0), scale)
 }
 
-/// Whether uv, and the area of them that a pixel covers, stay as they are: nothing restores them then.
+/// Whether uv, and the area of them that a pixel covers, remain unchanged, so that they need not be restored.
 #[inline(always)]
 fn keeps_uv<F: Float>(all: &Instructions, at: F::Uint) -> F::Mask {
     all.flags(at).eq(F::Uint::splat(KEEPS_UV))

@@ -1,4 +1,4 @@
-//! The instructions and the pictures of a scene's textures as tables, a column for each property.
+//! The instructions and pictures of a scene's textures as tables, with a column for each property.
 
 use super::instruction::{Instruction, NUMBERS, Op};
 use super::picture::{Depth, Picture};
@@ -8,15 +8,15 @@ use crate::math::{ColumnReader, Float, Rgb, Uint, push3};
 const NUMBER_NAMES: [&str; NUMBERS] =
     ["number_0", "number_1", "number_2", "number_3", "number_4", "number_5"];
 
-/// The bit of form of pictures of three channels.
+/// The format bit of pictures with three channels.
 pub const COLOURED: u32 = 4;
-/// The bit of pictures whose numbers are encoded as sRGB.
+/// The format bit of pictures with numbers encoded as sRGB.
 pub const SRGB: u32 = 8;
 
-/// The bit of the flags of images that are of tiles.
+/// The flag of images that consist of tiles.
 pub(super) const TILES: u32 = 1 << 5;
 
-/// The bit of the flags of images of which coarser levels may be seen.
+/// The flag of images whose coarser levels may be used.
 pub(super) const MIPMAP: u32 = 1 << 6;
 
 /// Which numbers of pictures are encoded as sRGB.
@@ -41,7 +41,7 @@ pub(super) struct Instructions {
 }
 
 impl Instructions {
-    /// Adds one, and gives its number.
+    /// Appends an instruction and returns its number.
     pub(super) fn push(&mut self, instruction: &Instruction) -> u32 {
         let Instruction { op, next, link, other, flags, colour, numbers } = *instruction;
         self.op.push(op as u32);
@@ -54,7 +54,7 @@ impl Instructions {
         self.op.len() as u32 - 1
     }
 
-    /// Whether any does this.
+    /// Whether any instruction has this operation.
     pub(super) fn has(&self, op: Op) -> bool {
         self.op.contains(&(op as u32))
     }
@@ -66,12 +66,12 @@ impl Instructions {
         is_image.then(|| self.link[at] as usize)
     }
 
-    /// The flags of those that do this.
+    /// The flags of the instructions with this operation.
     pub(super) fn flags_of(&self, op: Op) -> impl Iterator<Item = u32> {
         self.op.iter().zip(&self.flags).filter(move |(own, _)| **own == op as u32).map(|(_, flags)| *flags)
     }
 
-    /// Gives all columns to a reader.
+    /// Visits all columns.
     pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let Instructions { op, next, link, other, flags, colour, numbers } = self;
         reader.words("op", op);
@@ -119,32 +119,32 @@ impl Instructions {
     }
 }
 
-/// The pictures that instructions look up. A picture has a row for each way in which its numbers are understood, and one
-/// for each place where it stands among tiles.
+/// The pictures that instructions look up. A picture has one row for each interpretation of its numbers, and one for
+/// each of its positions among tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PictureRows {
     width: Vec<u32>,
     height: Vec<u32>,
-    /// Words of sixteen bytes before it, if all pictures lie one after the other.
+    /// The number of words of sixteen bytes before it, if all pictures are stored one after the other.
     first: Vec<u32>,
     /// Its [`Depth`], [`COLOURED`] and [`SRGB`].
     form: Vec<u32>,
-    /// The number of the picture.
+    /// The index of the picture.
     picture: Vec<u32>,
-    /// How many coarser levels it has, and the row of the first of these; those of the others follow.
+    /// The number of its coarser levels and the row of the first of them; the others follow.
     levels: Vec<u32>,
     coarser: Vec<u32>,
-    /// Words of the pictures that have rows.
+    /// The number of words of the pictures that have rows.
     words: u32,
 }
 
 impl PictureRows {
-    /// Adds a row of the picture of a number. Numbers count up from zero.
+    /// Adds a row for the picture with this index. Indices increase from zero.
     pub(super) fn push(&mut self, number: u32, picture: &Picture, encoded: Encoded) {
         let known = self.picture.iter().position(|known| *known == number);
         let first = known.map_or(self.words, |row| self.first[row]);
         if known.is_none() {
-            // More than a heap can hold are refused there.
+            // Larger sizes are rejected by the heap.
             self.words = self.words.saturating_add(picture.words().len() as u32);
         }
         let coloured = if picture.channels() == 3 { COLOURED } else { 0 };
@@ -162,13 +162,13 @@ impl PictureRows {
         self.coarser.push(0);
     }
 
-    /// Says that the last rows are the coarser levels of a picture.
+    /// Marks the last rows as the coarser levels of a picture.
     pub(super) fn set_levels(&mut self, row: u32, levels: usize) {
         self.levels[row as usize] = levels as u32;
         self.coarser[row as usize] = (self.len() - levels) as u32;
     }
 
-    /// Whether a row is that of numbers that are encoded as sRGB.
+    /// Whether the numbers of a row are encoded as sRGB.
     pub(super) fn is_encoded(&self, row: u32) -> bool {
         self.form[row as usize] & SRGB != 0
     }
@@ -177,7 +177,7 @@ impl PictureRows {
         self.picture.len()
     }
 
-    /// The number and the form of a row's picture.
+    /// The index and the format of a row's picture.
     #[inline(always)]
     pub(super) fn of(&self, row: usize) -> (usize, u32) {
         (self.picture[row] as usize, self.form[row])
@@ -187,7 +187,7 @@ impl PictureRows {
         &self.form
     }
 
-    /// Gives the columns to a reader.
+    /// Visits the columns.
     pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         let PictureRows { width, height, first, form, picture: _, levels, coarser, words: _ } = self;
         reader.words("width", width);
@@ -204,7 +204,7 @@ impl PictureRows {
         [U::gather(&self.width, row), U::gather(&self.height, row)]
     }
 
-    /// How many coarser levels there are.
+    /// The number of coarser levels.
     #[inline(always)]
     pub(super) fn levels<U: Uint>(&self, row: U) -> U {
         U::gather(&self.levels, row)

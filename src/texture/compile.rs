@@ -1,4 +1,4 @@
-//! From the textures of a scene to their programs.
+//! Compilation of a scene's textures to programs.
 
 use super::files::ImageFile;
 use super::instruction::END;
@@ -7,20 +7,18 @@ use super::program::{Builder, Cost, MOST_INSTRUCTIONS, STACK};
 use super::table::TextureTable;
 use thiserror::Error;
 
-/// A texture that takes too much to be evaluated.
+/// A texture that is too complex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum TooDeep {
     /// It needs too many values at a time.
-    #[error("too many textures stand inside each other: it needs {0} values at a time, of at most {STACK}")]
+    #[error("textures are nested too deeply: it needs {0} values at a time, at most {STACK} are possible")]
     Stack(usize),
     /// Its program is too long.
-    #[error(
-        "there are more than {MOST_INSTRUCTIONS} textures in it, those counted twice that are named twice"
-    )]
+    #[error("it consists of more than {MOST_INSTRUCTIONS} textures, counting each use of a texture")]
     Instructions,
 }
 
-/// What each of some textures takes, or why it takes too much. Each names only textures before it.
+/// The cost of each of some textures, or the limit that it exceeds. Each refers only to textures before it.
 pub fn costs(textures: &[TextureKind]) -> Vec<Result<Cost, TooDeep>> {
     let mut known = Vec::with_capacity(textures.len());
     let checked = |cost: &Cost| {
@@ -38,14 +36,15 @@ pub fn costs(textures: &[TextureKind]) -> Vec<Result<Cost, TooDeep>> {
     known.iter().map(checked).collect()
 }
 
-/// Compiles the textures of a scene that are used.
+/// Compiles the used textures of a scene.
 pub struct Compiler<'a> {
     builder: Builder<'a>,
     roots: Vec<Option<u32>>,
 }
 
 impl<'a> Compiler<'a> {
-    /// Nothing yet of some textures, of which each names only those before it, and none takes too much.
+    /// A compiler of some textures, of which none has been compiled. Each refers only to those before it, and none
+    /// exceeds a limit.
     pub fn new(textures: &'a [TextureKind], images: &'a [ImageFile]) -> Compiler<'a> {
         let mut known = Vec::with_capacity(textures.len());
         for texture in textures {
@@ -63,13 +62,13 @@ impl<'a> Compiler<'a> {
         Compiler { builder, roots: vec![None; textures.len()] }
     }
 
-    /// The number by which [`TextureTable::value`] knows a texture.
+    /// The number of a texture for [`TextureTable::value`].
     pub fn root(&mut self, texture: usize) -> u32 {
         *self.roots[texture]
             .get_or_insert_with(|| self.builder.textures[texture].emit(&mut self.builder, END))
     }
 
-    /// The table of those that were asked for.
+    /// The table of the compiled textures.
     pub fn finish(self) -> TextureTable {
         let Builder { costs, instructions, rows, pictures, .. } = self.builder;
         let used = self.roots.iter().zip(&costs).filter(|(root, _)| root.is_some());

@@ -1,11 +1,11 @@
-//! The same everywhere.
+//! The constant texture.
 
 use super::program::{Builder, Cost, TextureParameters};
 use crate::parameter::limits::RADIANCE;
 use crate::parameter::{ParameterKind, Varying, parameters};
 
 parameters! {
-    /// The same everywhere.
+    /// The same value everywhere.
     pub struct ConstantTexture: "constant", "a constant texture" {
         /// A number, a colour, or the name of a texture.
         value: Varying = ParameterKind::Varying(RADIANCE),

@@ -1,7 +1,7 @@
-//! Picture files to pictures, at their own depth.
+//! Decoding of picture files at their own depth.
 
 use super::decode_exr::decode_exr;
-use super::fault::{EXTENSIONS, LONGEST_SIDE, MOST_BYTES, PictureError, check_promise, check_size};
+use super::fault::{EXTENSIONS, LONGEST_SIDE, MOST_BYTES, PictureError, check_header, check_size};
 use super::picture::{Depth, Picture};
 use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::fs::{self, File};
@@ -13,7 +13,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Reads a picture file, whose extension says what it is, into at most `room` bytes.
+/// Reads a picture file, whose format is given by its extension, into at most `room` bytes.
 pub fn read(path: &Path, room: u64) -> Result<Picture, PictureError> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let extension = extension.to_ascii_lowercase();
@@ -35,14 +35,14 @@ pub fn read(path: &Path, room: u64) -> Result<Picture, PictureError> {
     decode_within(&extension, &bytes, room)
 }
 
-/// The picture in the bytes of a file with this extension, in lower case.
+/// Decodes the bytes of a file with this extension, in lower case.
 ///
-/// Transparency is left out, palettes are looked up, and fewer bits than eight become eight.
+/// Transparency is ignored, palettes are looked up, and depths below eight bits become eight.
 pub fn decode(extension: &str, bytes: &[u8]) -> Result<Picture, PictureError> {
     decode_within(extension, bytes, MOST_BYTES)
 }
 
-/// The same where `room` bytes are left to it. More are refused before they are taken.
+/// The same with a limit of `room` bytes. Larger pictures are refused before memory is allocated.
 pub(super) fn decode_within(extension: &str, bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
     match extension {
         "png" => by_image(bytes, room, ImageFormat::Png, "PNG", true),
@@ -74,14 +74,16 @@ fn by_image(
     let colour = decoder.color_type();
     check_size(width.into(), height.into(), colour.bytes_per_pixel().into(), room)?;
     if is_deflated {
-        check_promise(width.into(), height.into(), bytes)?;
+        check_header(width.into(), height.into(), bytes)?;
     }
     let stored = u32::from(colour.channel_count());
     let depth = match colour {
         ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => Depth::Bits8,
         ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => Depth::Bits16,
         ColorType::Rgb32F | ColorType::Rgba32F => Depth::Float,
-        other => return Err(PictureError::Unsupported(format!("textures take no pictures of {other:?}"))),
+        other => {
+            return Err(PictureError::Unsupported(format!("textures do not support pictures of {other:?}")));
+        }
     };
     let mut own = vec![0; decoder.total_bytes() as usize];
     decoder.read_image(&mut own).map_err(broken)?;
@@ -89,7 +91,7 @@ fn by_image(
     Ok(Picture::new([width, height], [if stored < 3 { 1 } else { 3 }, stored], depth, &own))
 }
 
-/// Numbers come in this machine's order of bytes.
+/// Numbers are in this machine's byte order.
 fn into_little_endian(bytes: &mut [u8], depth: Depth) {
     if cfg!(target_endian = "big") {
         bytes.chunks_exact_mut(depth.bytes()).for_each(<[u8]>::reverse);
@@ -132,11 +134,11 @@ fn decode_tiff(bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
         tiff::ColorType::GrayA(_) => 2,
         tiff::ColorType::RGB(_) => 3,
         tiff::ColorType::RGBA(_) => 4,
-        other => return Err(PictureError::Unsupported(format!("textures take no TIFF of {other:?}"))),
+        other => return Err(PictureError::Unsupported(format!("textures do not support TIFF of {other:?}"))),
     };
     let texel = u64::from(stored) * u64::from(colour.bit_depth()).div_ceil(8);
     check_size(width.into(), height.into(), texel, room)?;
-    check_promise(width.into(), height.into(), bytes)?;
+    check_header(width.into(), height.into(), bytes)?;
     let (depth, own) = match decoder.read_image().map_err(broken)? {
         DecodingResult::U8(own) if colour.bit_depth() == 8 => (Depth::Bits8, own),
         DecodingResult::U16(own) if colour.bit_depth() == 16 => {
@@ -147,12 +149,14 @@ fn decode_tiff(bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
         }
         DecodingResult::F32(own) => (Depth::Float, own.into_iter().flat_map(f32::to_le_bytes).collect()),
         _ => {
-            let message = "textures take TIFF of 8 or 16 bits or of floats";
+            let message = "textures support TIFF of 8 or 16 bits or of floats";
             return Err(PictureError::Unsupported(message.to_owned()));
         }
     };
     if own.len() as u64 != u64::from(width) * u64::from(height) * u64::from(stored) * depth.bytes() as u64 {
-        return Err(PictureError::Unsupported("textures take no TIFF whose channels lie apart".to_owned()));
+        return Err(PictureError::Unsupported(
+            "textures do not support TIFF with separate planes for the channels".to_owned(),
+        ));
     }
     Ok(Picture::new([width, height], [if stored < 3 { 1 } else { 3 }, stored], depth, &own))
 }

@@ -1,6 +1,6 @@
-//! OpenEXR files to pictures.
+//! Decoding of OpenEXR files.
 
-use super::fault::{MOST_BYTES, PictureError, check_promise, check_size};
+use super::fault::{MOST_BYTES, PictureError, check_header, check_size};
 use super::picture::{Depth, Picture};
 use exr::image::{AnyChannels, FlatSamples, Layer};
 use exr::meta::MetaData;
@@ -9,18 +9,18 @@ use std::io::Cursor;
 
 type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 
-/// The first layer with channels R, G and B, or else with Y alone, by these names or by names that end in them behind a
-/// point; the picture is its data window.
+/// Reads the first layer with channels R, G and B, or else with Y alone. Names may also end in these after a dot. The
+/// picture is its data window.
 pub(super) fn decode_exr(bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
     let broken = |error: exr::error::Error| PictureError::Broken("EXR", error.to_string());
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
-    // All parts are decoded, whichever has the picture.
+    // All parts are decoded, whichever contains the picture.
     let mut taken = 0;
     for header in &meta.headers {
         let [width, height] = [header.layer_size.x(), header.layer_size.y()].map(|side| side as u64);
         let texel = header.channels.bytes_per_pixel as u64;
         check_size(width, height, texel, room)?;
-        check_promise(width, height, bytes)?;
+        check_header(width, height, bytes)?;
         taken += width * height * texel;
         if taken > MOST_BYTES {
             return Err(PictureError::TooLarge(width, height));
@@ -42,7 +42,7 @@ pub(super) fn decode_exr(bytes: &[u8], room: u64) -> Result<Picture, PictureErro
     let rgb = layers().find_map(|layer| Some((layer, channels(layer, ["R", "G", "B"])?.to_vec())));
     let found = rgb.or_else(|| layers().find_map(|layer| Some((layer, channels(layer, ["Y"])?.to_vec()))));
     let Some((layer, channels)) = found else {
-        let message = "it has no channels R, G and B, and no Y, at full resolution";
+        let message = "it has neither channels R, G and B nor Y at full resolution";
         return Err(PictureError::Unsupported(message.to_owned()));
     };
     let is_half = channels.iter().all(|samples| matches!(samples, FlatSamples::F16(_)));
@@ -66,7 +66,7 @@ pub(super) fn decode_exr(bytes: &[u8], room: u64) -> Result<Picture, PictureErro
     Ok(Picture::new(size, [count; 2], depth, &own))
 }
 
-/// The channels of these names, plain ones first.
+/// The channels with these names, those without a prefix first.
 fn channels<'a, const N: usize>(layer: &'a FlatLayer, names: [&str; N]) -> Option<[&'a FlatSamples; N]> {
     let list = &layer.channel_data.list;
     let find = |name: &str| {

@@ -7,18 +7,18 @@ use super::table::TextureTable;
 use super::{checkerboard, image, mix, noise};
 use crate::math::{Float, Rgb, Uint, Vec3, function};
 
-/// The coordinates that instructions look at: uv, and the area of them that a pixel covers.
+/// The coordinates for instructions: uv, and the area of them that a pixel covers.
 type Coordinates<F> = ([F; 2], F);
 
 impl TextureTable {
-    /// The values of textures at points; black where there is no texture.
+    /// The values of textures at points; black for lanes without a texture.
     #[inline(always)]
     pub fn value<F: Float>(&self, texture: F::Uint, site: Site<F>) -> Rgb<F> {
         function!(F, texture_value(texture, site), {
             F::out_of_line(
                 #[inline(always)]
                 move || {
-                    // Most programs are of one instruction, or choose among such.
+                    // Most programs consist of one instruction, or choose among such.
                     if self.depth <= 1 {
                         self.run::<F, 1>(texture, site)
                     } else {
@@ -59,12 +59,12 @@ impl TextureTable {
         let mut next = (all.next(at), uv);
         let mut top = all.colour::<F>(at);
         if has.image {
-            let asks = op.eq(F::Uint::splat(Op::Image as u32));
+            let active = op.eq(F::Uint::splat(Op::Image as u32));
             top = F::branch(
-                asks,
+                active,
                 top,
                 #[inline(always)]
-                || image::look_up(self, at, uv, footprint, asks),
+                || image::look_up(self, at, uv, footprint, active),
             );
         }
         if has.noise {
@@ -72,7 +72,7 @@ impl TextureTable {
                 op.eq(F::Uint::splat(Op::Noise as u32)),
                 top,
                 #[inline(always)]
-                || mix::mixed(waiting(&stack, 1), waiting(&stack, 0), noise::share(all, at, p)),
+                || mix::mixed(stacked(&stack, 1), stacked(&stack, 0), noise::share(all, at, p)),
             );
         }
         if has.check {
@@ -91,16 +91,16 @@ impl TextureTable {
         let is_scale = op.eq(F::Uint::splat(Op::Scale as u32));
         let takes_two = is_scale | is_restore | op.eq(F::Uint::splat(Op::Noise as u32));
         if has.mix {
-            let mixed = mix::mixed(waiting(&stack, 2), waiting(&stack, 1), waiting(&stack, 0).r);
+            let mixed = mix::mixed(stacked(&stack, 2), stacked(&stack, 1), stacked(&stack, 0).r);
             top = Rgb::select(is_mix, mixed, top);
         }
         if has.scale {
-            top = Rgb::select(is_scale, waiting(&stack, 1) * waiting(&stack, 0), top);
+            top = Rgb::select(is_scale, stacked(&stack, 1) * stacked(&stack, 0), top);
         }
         if has.restore {
             let is_save = op.eq(F::Uint::splat(Op::Save as u32));
             top = Rgb::select(is_save, Rgb::new(uv[0], uv[1], footprint), top);
-            let (above, saved) = (waiting(&stack, 0), waiting(&stack, 1));
+            let (above, saved) = (stacked(&stack, 0), stacked(&stack, 1));
             top = Rgb::select(is_restore, above, top);
             next_uv =
                 [F::select(is_restore, saved.r, next_uv[0]), F::select(is_restore, saved.g, next_uv[1])];
@@ -116,11 +116,11 @@ impl TextureTable {
             let below = if i == 0 { top } else { stack[i - 1] };
             let mut own = below;
             if has.scale | has.noise | has.restore {
-                let above = if i == 0 { top } else { waiting(&stack, i + 1) };
+                let above = if i == 0 { top } else { stacked(&stack, i + 1) };
                 own = Rgb::select(takes_two, above, own);
             }
             if has.mix {
-                let above = if i == 0 { top } else { waiting(&stack, i + 2) };
+                let above = if i == 0 { top } else { stacked(&stack, i + 2) };
                 own = Rgb::select(is_mix, above, own);
             }
             if has.check {
@@ -133,8 +133,8 @@ impl TextureTable {
     }
 }
 
-/// A colour of the stack, from the uppermost on.
+/// The colour at a depth of the stack, counted from the top.
 #[inline(always)]
-fn waiting<F: Float, const D: usize>(stack: &[Rgb<F>; D], i: usize) -> Rgb<F> {
+fn stacked<F: Float, const D: usize>(stack: &[Rgb<F>; D], i: usize) -> Rgb<F> {
     if i < D { stack[i] } else { Rgb::black() }
 }

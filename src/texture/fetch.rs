@@ -1,4 +1,4 @@
-//! The texels of pictures: what devices do in their own way, because it reads bytes.
+//! Access to texels of pictures. Devices implement it themselves, because it reads bytes.
 
 use super::columns::{COLOURED, SRGB};
 use super::picture::{Depth, Picture};
@@ -7,8 +7,8 @@ use crate::math::colour::srgb_to_linear;
 use crate::math::lanes::{Device, MAX_LANES};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Rgb, Uint};
 
-/// The weighted sum of four texels of the picture of a row, given by their places from the lower left on. The
-/// results of lanes outside the mask are unspecified.
+/// The weighted sum of four texels of a row's picture, given by their indices from the lower left. The results of lanes
+/// outside the mask are unspecified.
 pub(super) struct Texels<'a>(pub(super) &'a TextureTable);
 
 impl Device for Texels<'_> {
@@ -17,16 +17,16 @@ impl Device for Texels<'_> {
     type Output<F: Float> = Rgb<F>;
 
     #[inline(always)]
-    fn run<F: LaneFloat>(&self, (row, places, weights, asks): Self::Arguments<F>) -> Rgb<F> {
+    fn run<F: LaneFloat>(&self, (row, places, weights, active): Self::Arguments<F>) -> Rgb<F> {
         let mut rows = [0; MAX_LANES];
         row.store(&mut rows);
         if self.0.has_floats {
-            let lanes = asks.bits();
-            // Without any lane, any will do.
+            let lanes = active.bits();
+            // Without active lanes, any index will do.
             let one = rows[lanes.trailing_zeros() as usize % F::LANES];
             let (picture, form) = self.0.rows.of(one as usize);
             if let Some(form) = Floats::of(form)
-                && (asks & row.eq(F::Uint::splat(one))).bits() == lanes
+                && (active & row.eq(F::Uint::splat(one))).bits() == lanes
             {
                 return gathered(&self.0.pictures[picture], form, places, weights);
             }
@@ -39,13 +39,13 @@ impl Device for Texels<'_> {
             i += 1;
         }
         let mut sums = [[0.0; MAX_LANES]; 3];
-        self.0.sum_texels(asks.bits(), &rows, &at, &share, &mut sums);
+        self.0.sum_texels(active.bits(), &rows, &at, &share, &mut sums);
         let [r, g, b] = &sums;
         Rgb::new(F::load(r), F::load(g), F::load(b))
     }
 }
 
-/// [`Texels`] of one picture of floats, all lanes together. The same bits: a texel without weight adds zero.
+/// [`Texels`] of one picture of floats, all lanes together. The bits are the same: a texel without weight adds zero.
 #[inline(always)]
 fn gathered<F: LaneFloat>(picture: &Picture, form: Floats, places: [F::Uint; 4], weights: [F; 4]) -> Rgb<F> {
     let words = picture.words().as_flattened();
@@ -70,7 +70,7 @@ fn gathered<F: LaneFloat>(picture: &Picture, form: Floats, places: [F::Uint; 4],
     sum
 }
 
-/// A float of a picture, by its number.
+/// A float of a picture, by its index.
 #[inline(always)]
 fn float<F: LaneFloat>(words: &[u32], is_half: bool, number: F::Uint) -> F {
     if !is_half {
@@ -80,7 +80,7 @@ fn float<F: LaneFloat>(words: &[u32], is_half: bool, number: F::Uint) -> F {
     let is_upper = (number & F::Uint::splat(1)).eq(F::Uint::splat(1));
     let bits = F::Uint::select(is_upper, word.shr::<16>(), word & F::Uint::splat(0xffff));
     let magnitude = bits & F::Uint::splat(0x7fff);
-    // The exponent's bias is 15 there and 127 here. Without an exponent, units are of 2⁻²⁴.
+    // The exponent bias is 15 there and 127 here. Without an exponent, the unit is 2⁻²⁴.
     let normal = magnitude.shl::<13>() + F::Uint::splat(112 << 23);
     let small = (magnitude.to_float() * (1.0 / 16_777_216.0)).to_bits();
     let value = F::Uint::select(magnitude.lt(F::Uint::splat(0x400)), small, normal);
@@ -88,17 +88,17 @@ fn float<F: LaneFloat>(words: &[u32], is_half: bool, number: F::Uint) -> F {
 }
 
 impl TextureTable {
-    /// [`Texels`], one lane after the other. It computes nothing that a level has other instructions for.
+    /// [`Texels`], one lane after the other. It does not depend on the instructions of a level.
     #[inline(never)]
     fn sum_texels(
         &self,
-        asks: u32,
+        active: u32,
         rows: &[u32; MAX_LANES],
         places: &[[u32; MAX_LANES]; 4],
         weights: &[[f32; MAX_LANES]; 4],
         sums: &mut [[f32; MAX_LANES]; 3],
     ) {
-        let mut lanes = asks;
+        let mut lanes = active;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
@@ -107,7 +107,7 @@ impl TextureTable {
             let mut sum = [0.0; 3];
             for (places, weights) in places.iter().zip(weights) {
                 let weight = weights[lane];
-                // Most weights of nearest texels and at edges are zero.
+                // For nearest texels and at edges, most weights are zero.
                 if weight != 0.0 {
                     let texel = self.texel(picture, form, places[lane] as usize);
                     sum = [0, 1, 2].map(|i| sum[i] + texel[i] * weight);
@@ -119,22 +119,23 @@ impl TextureTable {
         }
     }
 
-    /// The picture of a texture that is nothing but an image, and not of tiles: its columns and rows, and the value of the
-    /// texel of a column and a row, of which the lowest is the first.
+    /// The picture of a texture that is a single image without tiles: its columns and rows, and the value of the texel
+    /// at a column and a row, the lowest row first.
     ///
     /// # Panics
     ///
-    /// If the texture is another one.
+    /// If the texture is not such an image.
     pub fn image_texels(&self, texture: u32) -> ([usize; 2], impl Fn(usize, usize) -> [f32; 3] + '_) {
         let row = self.instructions.image_row(texture);
-        let (picture, form) = self.rows.of(row.unwrap_or_else(|| panic!("texture {texture} is no image")));
+        let (picture, form) =
+            self.rows.of(row.unwrap_or_else(|| panic!("texture {texture} is not an image")));
         let picture = &self.pictures[picture];
         let size = [picture.width() as usize, picture.height() as usize];
         (size, move |column, row| self.texel(picture, form, row * size[0] + column))
     }
 
     fn texel(&self, picture: &Picture, form: u32, place: usize) -> [f32; 3] {
-        // Wrapping keeps places within the picture; a mistake there is to be a wrong colour, and no end of the program.
+        // Wrapping keeps indices within the picture; an error there should give a wrong colour instead of a panic.
         let place = place.min(picture.texels() - 1);
         let is_srgb = form & SRGB != 0;
         let value = |i: usize| {

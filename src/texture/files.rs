@@ -7,37 +7,37 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use thiserror::Error;
 
-/// What stands for the numbers of tiles in the name of a file.
+/// The placeholder for the numbers of tiles in the name of a file.
 pub const UDIM: &str = "<UDIM>";
 
 /// The numbers of the first tile and of the last.
 const FIRST: u32 = 1001;
 const LAST: u32 = 1999;
 
-/// Tiles for each unit of v.
+/// The number of tiles per unit of v.
 const ACROSS: u32 = 10;
 
-/// An image file, or the tiles of one name.
+/// An image file, or the tiles with one name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageFile {
-    /// The path, as the scene names it.
+    /// The path, as named in the scene.
     pub name: String,
     /// Whether the name stands for tiles.
     pub is_tiled: bool,
-    /// The tiles, in the order of their numbers; of an image that is none of tiles one, of the number 1001.
+    /// The tiles, in the order of their numbers; an image without tiles has one, with the number 1001.
     pub tiles: Vec<Tile>,
 }
 
 /// A tile of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
-    /// From 1001 to 1999: one more for each unit of u, ten more for each unit of v.
+    /// From 1001 to 1999: one more per unit of u, ten more per unit of v.
     pub number: u32,
-    /// What is on it.
+    /// Its picture.
     pub picture: Arc<Picture>,
 }
 
-/// Where there is no tile.
+/// The error of a set of tiles.
 static BLACK: LazyLock<Arc<Picture>> = LazyLock::new(|| Arc::new(Picture::black()));
 
 impl ImageFile {
@@ -46,28 +46,28 @@ impl ImageFile {
         ImageFile { name, is_tiled: false, tiles: vec![Tile { number: FIRST, picture }] }
     }
 
-    /// What is wrong with the tiles, if anything is.
+    /// The error of the tiles, if there is one.
     pub(crate) fn objection(&self) -> Option<String> {
         let numbers: Vec<u32> = self.tiles.iter().map(|tile| tile.number).collect();
         if !self.is_tiled {
-            let message = || format!("an image without tiles has one picture, of the number {FIRST}");
+            let message = || format!("an image without tiles has one picture, with the number {FIRST}");
             return (numbers != [FIRST]).then(message);
         }
         if numbers.is_empty() {
-            return Some("an image has no tile".to_owned());
+            return Some("an image has no tiles".to_owned());
         }
         for (i, number) in numbers.iter().enumerate() {
             if !(FIRST..=LAST).contains(number) {
                 return Some(format!("the number of a tile must be from {FIRST} to {LAST}, not {number}"));
             }
             if numbers[..i].contains(number) {
-                return Some(format!("an image has two tiles of the number {number}"));
+                return Some(format!("an image has two tiles with the number {number}"));
             }
         }
         None
     }
 
-    /// The places that tiles may have: ten for each unit of v.
+    /// The number of possible tiles: ten per unit of v.
     pub(super) fn places(&self) -> usize {
         if !self.is_tiled {
             return 1;
@@ -76,7 +76,7 @@ impl ImageFile {
         (((last - FIRST) / ACROSS + 1) * ACROSS) as usize
     }
 
-    /// The picture at a place.
+    /// The picture at a position.
     pub(super) fn picture(&self, place: usize) -> &Arc<Picture> {
         let tile = self.tiles.iter().find(|tile| tile.number as usize == FIRST as usize + place);
         tile.map_or(&BLACK, |tile| &tile.picture)
@@ -86,28 +86,28 @@ impl ImageFile {
 /// An image that could not be read.
 #[derive(Debug, Error)]
 pub enum FilesError {
-    /// One of its files.
+    /// One of its files could not be read.
     #[error("{}: {error}", .path.display())]
     Picture {
-        /// Which.
+        /// The path of the file.
         path: PathBuf,
-        /// Why.
+        /// The error.
         error: PictureError,
     },
-    /// No file has the name of a tile.
-    #[error("{}: there is no tile from {first} to {last} of this name", .path.display(), first = FIRST, last = LAST)]
+    /// There is no file for any tile of this name.
+    #[error("{}: there are no tiles from {first} to {last} with this name", .path.display(), first = FIRST, last = LAST)]
     NoTile {
         /// The name.
         path: PathBuf,
     },
 }
 
-/// Reads the image that a scene calls `name`, relative to a folder, into at most `room` bytes, of which it leaves the
-/// rest.
+/// Reads the image called `name` in a scene, relative to a directory, into at most `room` bytes, which it decreases by
+/// those used.
 ///
 /// # Errors
 ///
-/// If a file cannot be read, has no picture, or has one that takes more memory than is left.
+/// If a file cannot be read, has no picture, or needs more memory than is left.
 pub fn read_files(folder: &Path, name: &str, room: &mut u64) -> Result<ImageFile, FilesError> {
     let mut one = |path: PathBuf| match read(&path, *room) {
         Ok(picture) => {

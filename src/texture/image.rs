@@ -1,4 +1,4 @@
-//! Pictures over uv.
+//! The image texture.
 
 use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, TILES};
 use super::fetch::Texels;
@@ -10,27 +10,27 @@ use crate::parameter::limits::COORDINATE;
 use crate::parameter::{ImageIndex, Number, ParameterKind, Problem, parameters, words};
 
 words! {
-    /// What the numbers of a picture are.
+    /// The interpretation of a picture's numbers.
     pub enum ColorSpace {
-        /// sRGB where the file has 8 or 16 bits, linear where it has floats.
+        /// sRGB for files of 8 or 16 bits, linear for floats.
         Auto = "auto",
         /// Encoded as sRGB.
         Srgb = "srgb",
         /// Linear Rec. 709.
         Linear = "linear",
-        /// No colours: roughnesses, masks, normals.
+        /// Not colours, but roughness, masks or normals.
         Data = "data",
     }
 }
 
 words! {
-    /// What is beyond a picture.
+    /// The values outside a picture.
     pub enum Wrap {
-        /// The picture again.
+        /// The picture is repeated.
         Repeat = "repeat",
-        /// The picture, every second time mirrored.
+        /// The picture is repeated, mirrored every second time.
         Mirror = "mirror",
-        /// The texel at the edge.
+        /// The nearest texel at the edge.
         Clamp = "clamp",
         /// Black.
         Black = "black",
@@ -38,40 +38,40 @@ words! {
 }
 
 words! {
-    /// What is between the centres of texels.
+    /// The interpolation between the centres of texels.
     pub enum TexelFilter {
         /// The nearest texel.
         Nearest = "nearest",
-        /// A bilinear mix of four texels.
+        /// Bilinear interpolation of four texels.
         Linear = "linear",
     }
 }
 
 parameters! {
-    /// A picture. Its lower left corner is at (0, 0), the centres of its texels are at (i + ½)/n.
+    /// A picture. Its lower left corner is at (0, 0), and the centres of its texels are at (i + ½)/n.
     pub struct ImageTexture: "image", "an image" {
-        /// A .png, .jpg, .tga, .bmp, .tif, .webp, .hdr or .exr file of at most 65536 texels a side and 1 GiB, relative to
-        /// this one; `<UDIM>` in its name stands for 1001, 1002 and so on, ten tiles for each unit of v. Transparency
-        /// does not count. Textures may share it: it is read once.
+        /// A .png, .jpg, .tga, .bmp, .tif, .webp, .hdr or .exr file of at most 65536 texels a side and 1 GiB, relative
+        /// to this one; `<UDIM>` in its name stands for 1001, 1002 and so on, ten tiles per unit of v. Transparency is
+        /// ignored. A file used by several textures is read once.
         file: ImageIndex = ParameterKind::Image,
-        /// What the numbers in the file are: sRGB, linear Rec. 709, or data such as roughness, masks and normals;
-        /// "auto" takes 8 and 16 bits for sRGB, and floats for linear.
+        /// The interpretation of the numbers in the file: sRGB, linear Rec. 709, or data such as roughness, masks and
+        /// normals; "auto" means sRGB for 8 and 16 bits, and linear for floats.
         color_space: ColorSpace = ParameterKind::Word(ColorSpace::WORDS) => "\"auto\"",
-        /// What is beyond the picture: one word, or one along u and one along v. Tiles are clamped, and there is
-        /// nothing beyond them.
+        /// The values outside the picture: one word, or one along u and one along v. Tiles are clamped, and all outside
+        /// them is black.
         wrap: [Wrap; 2] = ParameterKind::Words(Wrap::WORDS) => "\"repeat\"",
-        /// Whether the nearest texel counts or a bilinear mix of four.
+        /// Whether to use the nearest texel or bilinear interpolation of four.
         filter: TexelFilter = ParameterKind::Word(TexelFilter::WORDS) => "\"linear\"",
-        /// Whether coarser levels count where a pixel covers many texels; between two levels they are mixed. It depends
-        /// on the point and the camera alone. With "nearest" it is always the finest level.
+        /// Whether to use coarser levels if a pixel covers many texels, with interpolation between two levels. The
+        /// level depends only on the point and the camera. "nearest" always uses the finest level.
         mipmap: bool = ParameterKind::Flag => "true",
-        /// uv are multiplied by this, then turned, then moved: one number, or one along u and one along v.
+        /// The scale of uv, applied first, before rotation and translation: one number, or one along u and one along v.
         uv_scale: [f64; 2] = ParameterKind::Pair(COORDINATE) => "1",
-        /// Added to uv, last.
+        /// The translation of uv, applied last.
         uv_offset: [f64; 2] = ParameterKind::Pair(COORDINATE) => "0",
-        /// Degrees by which uv are turned about (0, 0), counter-clockwise.
+        /// The rotation of uv about (0, 0) in degrees, counter-clockwise.
         uv_rotate: f64 = ParameterKind::Number(Number::between(-1e6, 1e6)) => "0",
-        /// The set of uv; there is only the first, 0.
+        /// The set of uv; only the first, 0, exists.
         uv_set: f64 = ParameterKind::Integer(0, 15) => "0",
     }
     check = has_its_uv;
@@ -88,9 +88,9 @@ fn has_its_uv(image: ImageTexture, _warnings: &mut Vec<Problem>) -> Result<Image
     Ok(image)
 }
 
-/// Where the words of a wrap along v begin, in bits.
+/// The bit at which the modes of wrapping along v begin.
 const WRAP_V: u32 = 2;
-/// The bit of pictures whose nearest texel counts.
+/// The bit of pictures with nearest texels.
 const NEAREST: u32 = 1 << 4;
 
 impl TextureParameters for ImageTexture {
@@ -112,7 +112,7 @@ impl TextureParameters for ImageTexture {
         let nearest = if self.filter == TexelFilter::Nearest { NEAREST } else { 0 };
         let tiles = if is_tiled { TILES } else { 0 };
         let turn = self.uv_rotate.to_radians();
-        // Quarters of a turn are exact.
+        // Rotations by quarters of a turn are exact.
         let (sin, cos) = match (self.uv_rotate / 90.0).rem_euclid(4.0) {
             0.0 => (0.0, 1.0),
             1.0 => (1.0, 0.0),
@@ -135,14 +135,14 @@ impl TextureParameters for ImageTexture {
     }
 }
 
-/// The colour at uv, in the lanes of `asks`, where a pixel covers the area `footprint` of uv.
+/// The colour at uv, in the lanes of `active`, if a pixel covers the area `footprint` of uv.
 #[inline(always)]
 pub(super) fn look_up<F: Float>(
     table: &TextureTable,
     at: F::Uint,
     [u, v]: [F; 2],
     footprint: F,
-    asks: F::Mask,
+    active: F::Mask,
 ) -> Rgb<F> {
     let (all, rows): (&Instructions, &PictureRows) = (&table.instructions, &table.rows);
     let number = [
@@ -173,17 +173,17 @@ pub(super) fn look_up<F: Float>(
         );
     }
     if !table.has_mipmaps {
-        return texels(table, row, flags, [s, t], is_tile, asks);
+        return texels(table, row, flags, [s, t], is_tile, active);
     }
     let levels = F::branch(
-        asks & (flags & F::Uint::splat(MIPMAP)).eq(F::Uint::splat(MIPMAP)),
+        active & (flags & F::Uint::splat(MIPMAP)).eq(F::Uint::splat(MIPMAP)),
         (row, row, F::zero()),
         #[inline(always)]
         || {
             let [width, height] = rows.size(row);
             let turned = number[0] * number[4] - number[1] * number[3];
             let covered = (footprint * turned).abs() * width.to_float() * height.to_float();
-            // The square root of the texels is their number along a side.
+            // The square root of the number of texels is their number along a side.
             let level = (log2(covered) * 0.5).max(F::zero()).min(rows.levels(row).to_float());
             let (finer, coarser) = (level.floor(), rows.coarser(row));
             let share = level - finer;
@@ -195,8 +195,8 @@ pub(super) fn look_up<F: Float>(
         },
     );
     let (finer, coarser, share) = levels;
-    let sharp = texels(table, finer, flags, [s, t], is_tile, asks);
-    let mixes = asks & share.gt(F::zero());
+    let sharp = texels(table, finer, flags, [s, t], is_tile, active);
+    let mixes = active & share.gt(F::zero());
     F::branch(
         mixes,
         sharp,
@@ -205,14 +205,14 @@ pub(super) fn look_up<F: Float>(
     )
 }
 
-/// The logarithm to the base of two: exact at powers of two, and between them on a straight line, at most 0.09 too
-/// small. For finite numbers above zero; far below zero for zero.
+/// The logarithm to base two: exact at powers of two and linear between them, with an error of at most 0.09 below. For
+/// finite numbers above zero; a large negative number for zero.
 #[inline(always)]
 fn log2<F: Float>(x: F) -> F {
     x.to_bits().to_float() * (1.0 / 8_388_608.0) - 127.0
 }
 
-/// The colour of a picture at coordinates over its sides, times `is_tile`, in the lanes of `asks`.
+/// The colour of a picture at coordinates relative to its sides, times `is_tile`, in the lanes of `active`.
 #[inline(always)]
 fn texels<F: Float>(
     table: &TextureTable,
@@ -220,7 +220,7 @@ fn texels<F: Float>(
     flags: F::Uint,
     [s, t]: [F; 2],
     is_tile: F,
-    asks: F::Mask,
+    active: F::Mask,
 ) -> Rgb<F> {
     let [width, height] = table.rows.size(row);
     let bit = F::Uint::splat(NEAREST);
@@ -234,11 +234,11 @@ fn texels<F: Float>(
     let places = [low + left, low + right, high + left, high + right];
     let (of_low, of_high) = (of_low * is_tile, of_high * is_tile);
     let weights = [of_left * of_low, of_right * of_low, of_left * of_high, of_right * of_high];
-    F::device(&Texels(table), (row, places, weights, asks))
+    F::device(&Texels(table), (row, places, weights, active))
 }
 
-/// The two texels along an axis between whose centres a coordinate is, and their weights. Texels count from zero; a
-/// weight is zero where a texel does not count.
+/// The two texels along an axis whose centres are on either side of a coordinate, and their weights. Texels are counted
+/// from zero; a weight is zero for a texel that is not used.
 #[inline(always)]
 fn neighbours<F: Float>(x: F, size: F, wrap: F::Uint, nearest: F::Mask) -> ([F; 2], [F; 2]) {
     function!(F, texel_neighbours(x, size, wrap, nearest), {
@@ -249,7 +249,7 @@ fn neighbours<F: Float>(x: F, size: F, wrap: F::Uint, nearest: F::Mask) -> ([F; 
         let half = x * 0.5;
         let there_and_back = (half - half.floor()) * 2.0;
         let mirrored = there_and_back.min(F::splat(2.0) - there_and_back);
-        // Far beyond the edge all is one.
+        // Far outside the edge all coordinates are equivalent.
         let clamped = x.max(F::splat(-1.0)).min(F::splat(2.0));
         let clamped = F::select(is_black, clamped, clamped.max(zero).min(one));
         let within = F::select(is_repeat, x - x.floor(), F::select(is_mirror, mirrored, clamped));
@@ -259,7 +259,7 @@ fn neighbours<F: Float>(x: F, size: F, wrap: F::Uint, nearest: F::Mask) -> ([F; 
         let share = F::select(nearest, zero, texel - first);
         let second = first + 1.0;
         let last = size - 1.0;
-        // A coordinate just below a whole number may round to it.
+        // A coordinate just below a whole number may be rounded to it.
         let around = F::select(second.le(last), second, zero);
         let before = F::select(first.lt(zero), last, first.min(last));
         let counts_first = !is_black | (first.ge(zero) & first.le(last));

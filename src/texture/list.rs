@@ -1,10 +1,10 @@
-//! The textures that a scene describes.
+//! The textures in scenes.
 
 use super::program::TextureParameters;
 use crate::parameter::family;
 
 family! {
-    /// What a texture is, as a scene describes it.
+    /// A texture, as a scene describes it.
     pub enum TextureKind {
         Constant(constant::ConstantTexture),
         Image(image::ImageTexture),

@@ -1,12 +1,12 @@
-//! Coarser levels of pictures.
+//! Coarser levels of pictures (mipmaps).
 
 use super::picture::{Depth, Picture};
 use crate::math::colour::{linear_to_srgb, srgb_to_linear};
 use std::ops::Range;
 
-/// The levels of a picture from half of its size down to a single texel. Each has half as many texels along each side as
-/// the one before, rounded down; what a texel covers is averaged by area, as light: numbers that are encoded as sRGB are
-/// decoded first.
+/// The levels of a picture from half its size down to a single texel. Each has half as many texels along each side as
+/// the one before, rounded down. Texels are averaged by the area they cover, in linear light: numbers encoded as sRGB
+/// are decoded first.
 pub(super) fn coarser_levels(picture: &Picture, is_encoded: bool) -> Vec<Picture> {
     let codes = Codes::new(picture.depth(), is_encoded);
     let mut size = [picture.width(), picture.height()].map(|side| side as usize);
@@ -44,7 +44,7 @@ fn level(
     Picture::new([width as u32, height as u32], [channels as u32; 2], depth, &bytes)
 }
 
-/// The means of numbers over fewer texels.
+/// The means of numbers over a smaller number of texels.
 fn halved(
     number: impl Fn(usize) -> f32,
     [width, height]: [usize; 2],
@@ -71,8 +71,8 @@ fn halved(
     halved
 }
 
-/// The texels of `many` along a side that the texel `i` of `few` covers, two or three, and the shares of it that they
-/// have.
+/// The texels, out of `many` along a side, that the texel `i` out of `few` covers, two or three, and their fractions of
+/// it.
 fn covered(i: usize, few: usize, many: usize) -> (Range<usize>, [f64; 3]) {
     let (from, to) = (i * many, (i + 1) * many);
     let texels = from / few..to.div_ceil(few);
@@ -84,11 +84,11 @@ fn covered(i: usize, few: usize, many: usize) -> (Range<usize>, [f64; 3]) {
     (texels, [share(first), share(first + 1), share(first + 2)])
 }
 
-/// The linear values of the numbers of pictures.
+/// The linear values of a picture's numbers.
 struct Codes {
     depth: Depth,
     is_encoded: bool,
-    /// The least linear value of each code but the first, where there are codes that are encoded as sRGB.
+    /// The smallest linear value of each code but the first, if codes are encoded as sRGB.
     least: Vec<f32>,
     /// Their linear values.
     values: Vec<f32>,
@@ -140,7 +140,7 @@ impl Codes {
 mod tests {
     use super::*;
 
-    /// The means of all numbers of each channel, as light.
+    /// The means of all numbers of each channel, in linear light.
     fn means(picture: &Picture, is_encoded: bool) -> [f64; 3] {
         let codes = Codes::new(picture.depth(), is_encoded);
         let channels = picture.channels() as usize;
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_halve_down_to_one_texel_and_keep_the_mean() {
+    fn levels_halve_down_to_one_texel_and_preserve_the_mean() {
         for (size, sizes) in [
             ([8, 8], vec![[4, 4], [2, 2], [1, 1]]),
             ([7, 3], vec![[3, 1], [1, 1]]),
@@ -174,7 +174,7 @@ mod tests {
                 [(Depth::Bits8, 8e-3), (Depth::Bits16, 4e-5), (Depth::Half, 1e-3), (Depth::Float, 1e-5)]
             {
                 for (channels, is_encoded) in [(1, false), (3, false), (3, true)] {
-                    // Floats that are encoded are at most one.
+                    // Encoded floats are at most one.
                     if is_encoded && depth == Depth::Float {
                         continue;
                     }
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_are_the_nearest() {
+    fn encoding_gives_the_nearest_code() {
         for (depth, is_encoded, last) in [
             (Depth::Bits8, true, 255),
             (Depth::Bits8, false, 255),
@@ -209,13 +209,13 @@ mod tests {
                 assert_eq!(codes.encode(codes.decode(code)), code, "{depth:?} {is_encoded}");
             }
         }
-        // Half of the light of white is no half of its code.
+        // Half the light of white does not have half its code.
         assert_eq!(Codes::new(Depth::Bits8, true).encode(0.5), 188);
     }
 
     #[test]
-    fn texels_are_covered_by_area() {
-        // A texel of three has two thirds of one of two, and so on.
+    fn texels_are_averaged_by_area() {
+        // A texel of three is two thirds of one of two, and so on.
         let third = 1.0 / 3.0;
         let (texels, [a, b, _]) = covered(0, 2, 3);
         assert_eq!((texels, a, b), (0..2, 2.0 * third, third));

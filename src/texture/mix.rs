@@ -1,4 +1,4 @@
-//! Two textures mixed.
+//! A mix of two textures.
 
 use super::instruction::{Instruction, Op};
 use super::program::{Builder, Cost, TextureParameters};
@@ -9,11 +9,11 @@ use crate::parameter::{Number, ParameterKind, Varying, parameters};
 parameters! {
     /// Mixes two textures, channel by channel.
     pub struct MixTexture: "mix", "a mix of textures" {
-        /// What is seen where `amount` is 0: a number, a colour, or the name of a texture.
+        /// The value where `amount` is 0: a number, a colour, or the name of a texture.
         a: Varying = ParameterKind::Varying(RADIANCE),
-        /// What is seen where `amount` is 1.
+        /// The value where `amount` is 1.
         b: Varying = ParameterKind::Varying(RADIANCE),
-        /// The share of `b`, 0 to 1: of a texture the red channel counts, and what lies beyond is 0 or 1.
+        /// The fraction of `b`, limited to 0…1; a texture's red channel is used.
         amount: Varying = ParameterKind::Varying(Number::between(0.0, 1.0)) => "0.5",
     }
 }
@@ -28,7 +28,7 @@ impl TextureParameters for MixTexture {
     }
 }
 
-/// The mix of two colours; `amount` counts by its first channel.
+/// The mix of two colours by the first channel of `amount`.
 #[inline(always)]
 pub(super) fn mixed<F: Float>(a: Rgb<F>, b: Rgb<F>, amount: F) -> Rgb<F> {
     let amount = amount.max(F::zero()).min(F::splat(1.0));

@@ -1,25 +1,25 @@
-//! Textures: numbers and colours that differ from point to point of a surface.
+//! Textures: numbers and colours that vary over a surface.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
-//! | `constant`, `image`, `checkerboard`, `mix`, `scale`, `noise` | a kind of texture each: its parameters, its program, its value |
+//! | `constant`, `image`, `checkerboard`, `mix`, `scale`, `noise` | one kind of texture each: its parameters, its program, its value |
 //! | `list` | the list of kinds |
 //! | `instruction` | the instructions of programs |
-//! | `program` | textures as programs, and what they take |
-//! | `columns` | the instructions and the pictures of a scene as tables |
-//! | `compile` | from the textures of a scene to these tables |
-//! | `table` | the textures of a scene in one table |
-//! | `site` | the point at which a texture is looked up |
-//! | `evaluate` | the evaluation of programs, which finds the value of a texture at a point |
-//! | `fetch` | the texels of pictures |
-//! | `picture`, `mipmap` | pictures in memory, and coarser levels of them |
-//! | `fault` | what is wrong with picture files, and their limits |
-//! | `decode`, `decode_exr` | picture files |
+//! | `program` | textures as programs, and their cost |
+//! | `columns` | the instructions and pictures of a scene as tables |
+//! | `compile` | compilation of a scene's textures to these tables |
+//! | `table` | all textures of a scene in one table |
+//! | `site` | the point at which a texture is evaluated |
+//! | `evaluate` | the evaluation of programs, which gives the value of a texture at a point |
+//! | `fetch` | access to texels of pictures |
+//! | `picture`, `mipmap` | pictures in memory, and their coarser levels |
+//! | `fault` | errors of picture files, and their limits |
+//! | `decode`, `decode_exr` | decoding of picture files |
 //! | `files` | image files and their tiles |
 //!
-//! A texture is compiled into a short program, whose instructions lead from one to the next; what they compute is kept
-//! on a stack of a few colours. A new kind of texture is a new file, a `mod` line here, a line in `list.rs`, and an
-//! instruction in `instruction.rs` and `evaluate.rs`.
+//! A texture is compiled into a short program of linked instructions, which evaluates it with a stack of a few colours.
+//! A new kind of texture needs a new file, a `mod` line here, a line in `list.rs`, and an instruction in
+//! `instruction.rs` and `evaluate.rs`.
 
 mod checkerboard;
 mod columns;

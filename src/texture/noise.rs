@@ -7,21 +7,21 @@ use crate::math::{Float, Mask, Uint, Vec3, function};
 use crate::parameter::limits::RADIANCE;
 use crate::parameter::{Number, ParameterKind, Varying, parameters};
 
-/// The most octaves: the next would be smaller than what 32 bits tell apart.
+/// The maximum number of octaves: further ones would be smaller than 32 bits can resolve.
 const MOST_OCTAVES: u32 = 16;
 
 parameters! {
     /// Mixes two textures by Perlin's gradient noise, in several octaves, at the point in the scene's space.
     pub struct NoiseTexture: "noise", "a noise texture" {
-        /// What is seen where the noise is lowest: a number, a colour, or the name of a texture.
+        /// The value where the noise is lowest: a number, a colour, or the name of a texture.
         a: Varying = ParameterKind::Varying(RADIANCE) => "0",
-        /// What is seen where the noise is highest.
+        /// The value where the noise is highest.
         b: Varying = ParameterKind::Varying(RADIANCE) => "1",
-        /// Features of the first octave for each unit of length.
+        /// Features of the first octave per unit of length.
         scale: f64 = ParameterKind::Number(Number::positive(1e-9, 1e9)) => "1",
-        /// Octaves, each of half the size of the one before.
+        /// The number of octaves, each with half the feature size of the one before.
         octaves: f64 = ParameterKind::Integer(1, MOST_OCTAVES) => "1",
-        /// The strength of each octave over that of the one before.
+        /// The amplitude of each octave relative to the one before.
         roughness: f64 = ParameterKind::Number(Number::between(0.0, 1.0)) => "0.5",
     }
 }
@@ -44,7 +44,7 @@ impl TextureParameters for NoiseTexture {
     }
 }
 
-/// The share of the second colour at a point, 0 to 1.
+/// The fraction of the second colour at a point, 0 to 1.
 #[inline(always)]
 pub(super) fn share<F: Float>(all: &Instructions, at: F::Uint, p: Vec3<F>) -> F {
     let (octaves, roughness) = (all.link(at), all.number::<F>(1, at));
@@ -63,11 +63,11 @@ pub(super) fn share<F: Float>(all: &Instructions, at: F::Uint, p: Vec3<F>) -> F 
     (sum * all.number::<F>(2, at) + 0.5).max(F::zero()).min(F::splat(1.0))
 }
 
-/// Cells along each axis after which the noise repeats. Floats count them exactly.
+/// The number of cells along each axis after which the noise repeats, which floats represent exactly.
 const PERIOD: u32 = 1 << 16;
 
-/// Perlin's noise (Improving Noise, 2002), between −1 and 1 or little beyond, zero at the corners of cells of side one.
-/// Each octave has gradients of its own.
+/// Perlin's noise (2002, "Improving Noise"), between −1 and 1 or slightly beyond, and zero at the corners of cells of
+/// side one. Each octave has gradients of its own.
 #[inline(always)]
 fn gradient_noise<F: Float>(p: Vec3<F>, octave: F::Uint) -> F {
     function!(F, gradient_noise(p, octave), {
@@ -126,7 +126,8 @@ fn hash<U: Uint>([x, y, z]: [U; 3], octave: U) -> U {
     h.shr::<28>()
 }
 
-/// The product of a vector with one of twelve gradients, from the centre of a cube to the middles of its edges.
+/// The dot product of a vector with one of twelve gradients, which point from the centre of a cube to the middles of
+/// its edges.
 #[inline(always)]
 fn slope<F: Float>(bits: F::Uint, [x, y, z]: [F; 3]) -> F {
     let is_last = (bits & F::Uint::splat(13)).eq(F::Uint::splat(12));

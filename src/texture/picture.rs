@@ -1,12 +1,12 @@
 //! Pictures in memory.
 
-/// What the numbers of a picture are.
+/// The number format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Depth {
-    /// Bytes; 255 is one.
+    /// Bytes; 255 represents one.
     Bits8,
-    /// 16 bits; 65535 is one.
+    /// 16 bits; 65535 represents one.
     Bits16,
     /// Floats of 16 bits.
     Half,
@@ -15,7 +15,7 @@ pub enum Depth {
 }
 
 impl Depth {
-    /// Bytes of a number.
+    /// The number of bytes of a number.
     pub fn bytes(self) -> usize {
         match self {
             Depth::Bits8 => 1,
@@ -35,28 +35,28 @@ impl Depth {
     }
 }
 
-/// A picture: rows of texels, the lowest row first, with one or three numbers a texel.
+/// A picture: rows of texels, the lowest row first, with one or three numbers per texel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     width: u32,
     height: u32,
     channels: u32,
     depth: Depth,
-    /// The numbers, lower ones in lower bits, filled up with zeros: as devices have them.
+    /// The numbers, with the first ones in the lower bits, padded with zeros: the layout of devices.
     words: Vec<[u32; 4]>,
-    /// How many of them were not finite.
+    /// The number of values that were not finite.
     repaired: u64,
 }
 
 impl Picture {
-    /// A picture of numbers in little-endian bytes, with the uppermost row first, as files have them. Of every texel
-    /// the first `channels` of `stored` numbers are kept. Floats that are not finite become finite: those that are no
-    /// numbers zero, those that are infinite the largest of their sign.
+    /// Makes a picture of numbers in little-endian bytes, with the uppermost row first, as in files. The first
+    /// `channels` of each texel's `stored` numbers are kept. Floats that are not finite are replaced: NaN by zero,
+    /// infinities by the largest finite number of their sign.
     ///
     /// # Panics
     ///
-    /// If there are more or fewer bytes than `width` × `height` × `stored` numbers have, or other than one or three
-    /// channels.
+    /// If the number of bytes is not that of `width` × `height` × `stored` numbers, or if there are other than one or
+    /// three channels.
     pub fn new(
         [width, height]: [u32; 2],
         [channels, stored]: [u32; 2],
@@ -94,22 +94,22 @@ impl Picture {
         Picture::new([1, 1], [1, 1], Depth::Bits8, &[0])
     }
 
-    /// Texels in a row.
+    /// The number of texels in a row.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Numbers a texel: one, a grey, or three: red, green, blue.
+    /// Numbers per texel: one (grey) or three (red, green, blue).
     pub fn channels(&self) -> u32 {
         self.channels
     }
 
-    /// What the numbers are.
+    /// The number format.
     pub fn depth(&self) -> Depth {
         self.depth
     }
@@ -119,12 +119,12 @@ impl Picture {
         &self.words
     }
 
-    /// How many numbers were not finite when the picture was made.
+    /// The number of values that were not finite when the picture was made.
     pub fn repaired_numbers(&self) -> u64 {
         self.repaired
     }
 
-    /// How many numbers are below zero.
+    /// The number of values below zero.
     pub fn negative_numbers(&self) -> u64 {
         let sign = match self.depth {
             Depth::Bits8 | Depth::Bits16 => return 0,
@@ -135,17 +135,17 @@ impl Picture {
         numbers.filter(|&i| self.number(i) > sign).count() as u64
     }
 
-    /// How many texels there are.
+    /// The number of texels.
     pub(super) fn texels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// What it takes in memory.
+    /// Its size in memory, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// The bits of a number, counted from the lower left on.
+    /// The bits of a number, counted from the lower left.
     #[inline(always)]
     pub(super) fn number(&self, i: usize) -> u32 {
         let words = self.words.as_flattened();
@@ -157,7 +157,7 @@ impl Picture {
     }
 }
 
-/// The bits of a number, or of a finite one in its place.
+/// The bits of a number, or of its finite replacement.
 fn finite(depth: Depth, bits: u32) -> u32 {
     let (exponent, largest, sign) = match depth {
         Depth::Bits8 | Depth::Bits16 => return bits,

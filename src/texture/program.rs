@@ -8,25 +8,25 @@ use super::picture::Picture;
 use crate::parameter::{ImageIndex, Varying};
 use std::sync::Arc;
 
-/// The most colours that wait while a program runs.
+/// The maximum number of colours on the stack while a program runs.
 pub const STACK: usize = 6;
 
-/// The most instructions of a texture. A texture that is named twice is there twice.
+/// The maximum number of instructions of a texture. A texture is repeated for each of its uses.
 pub const MOST_INSTRUCTIONS: u64 = 4096;
 
-/// What a texture takes when it is evaluated.
+/// The cost of evaluating a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost {
-    /// Instructions of its program.
+    /// The number of instructions of its program.
     pub instructions: u64,
-    /// Colours on the stack.
+    /// The number of colours on the stack.
     pub depth: usize,
     /// Whether it depends on uv.
     pub uses_uv: bool,
 }
 
 impl Cost {
-    /// Of a value, where those of the textures before it are known.
+    /// The cost of a value, given those of the textures before it.
     pub(super) fn of(value: &Varying, known: &[Cost]) -> Cost {
         match value {
             Varying::Colour(_) => Cost { instructions: 1, depth: 1, uses_uv: false },
@@ -34,7 +34,7 @@ impl Cost {
         }
     }
 
-    /// Of an instruction behind the programs of its operands.
+    /// The cost of an instruction after the programs of its operands.
     pub(super) fn after(operands: &[&Varying], known: &[Cost]) -> Cost {
         let mut cost = Cost { instructions: 1, depth: 1, uses_uv: false };
         for (waiting, operand) in operands.iter().enumerate() {
@@ -49,15 +49,15 @@ impl Cost {
 
 /// The parameters of a texture, as a scene describes it.
 pub(crate) trait TextureParameters {
-    /// What it takes, where the costs of the textures before it are known.
+    /// Its cost, given those of the textures before it.
     fn cost(&self, known: &[Cost]) -> Cost;
 
-    /// Adds its program, which leaves a colour on the stack and goes on with the instruction `next`. The first of its
-    /// instructions.
+    /// Adds its program, which pushes a colour on the stack and continues with the instruction `next`. Returns the
+    /// first of its instructions.
     fn emit(&self, builder: &mut Builder<'_>, next: u32) -> u32;
 }
 
-/// Programs in the making. An instruction comes before those that lead to it.
+/// Programs under construction. An instruction precedes those that lead to it.
 pub(crate) struct Builder<'a> {
     pub(super) textures: Vec<&'a dyn TextureParameters>,
     pub(super) costs: Vec<Cost>,
@@ -85,7 +85,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Adds the programs of an instruction's operands before it: the last of them is uppermost on the stack.
+    /// Adds the programs of an instruction's operands before it: the last one is on top of the stack.
     pub(super) fn operands(&mut self, operands: &[&Varying], instruction: Instruction) -> u32 {
         let last = self.push(instruction);
         operands.iter().rev().fold(last, |next, operand| self.value(operand, next))
@@ -101,8 +101,8 @@ impl<'a> Builder<'a> {
         &self.images[image.0]
     }
 
-    /// The first of an image's rows in the table of pictures: of tiles ten for each unit of v, black where one is
-    /// missing. With `levels`, pictures have rows of coarser ones, too.
+    /// The first of an image's rows in the table of pictures. Tiles have ten rows per unit of v, black for missing
+    /// ones. With `levels`, pictures also have rows for coarser levels.
     pub(super) fn picture_rows(&mut self, image: ImageIndex, encoded: Encoded, levels: bool) -> u32 {
         let known = self.rows_of[image.0][encoded as usize];
         let first = known.map_or_else(|| self.finest_rows(image, encoded), |(first, _)| first);
@@ -132,7 +132,7 @@ impl<'a> Builder<'a> {
         first
     }
 
-    /// Adds the coarser levels of the pictures of a file, whose rows are known. A missing tile has none.
+    /// Adds the coarser levels of a file's pictures, whose rows are known. A missing tile has none.
     fn coarser_rows(&mut self, image: ImageIndex, first: u32) {
         let file = &self.images[image.0];
         for (place, row) in (0..file.places()).zip(first..) {

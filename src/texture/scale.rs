@@ -8,9 +8,9 @@ use crate::parameter::{ParameterKind, Varying, parameters};
 parameters! {
     /// Multiplies two textures, channel by channel.
     pub struct ScaleTexture: "scale", "a scaled texture" {
-        /// What is multiplied: a number, a colour, or the name of a texture.
+        /// The first factor: a number, a colour, or the name of a texture.
         texture: Varying = ParameterKind::Varying(RADIANCE),
-        /// What it is multiplied by.
+        /// The second factor.
         by: Varying = ParameterKind::Varying(RADIANCE),
     }
 }

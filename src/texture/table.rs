@@ -1,4 +1,4 @@
-//! The textures of a scene as a table.
+//! The table of a scene's textures.
 
 use super::columns::{COLOURED, Instructions, MIPMAP, PictureRows, SRGB, TILES};
 use super::instruction::{END, Op};
@@ -6,31 +6,31 @@ use super::picture::{Depth, Picture};
 use crate::math::{ColumnReader, colour};
 use std::sync::Arc;
 
-/// The number of no texture.
+/// The index for no texture.
 pub const NO_TEXTURE: u32 = END;
 
-/// All textures that a scene uses.
+/// All used textures of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TextureTable {
     pub(super) instructions: Instructions,
     pub(super) rows: PictureRows,
     pub(super) pictures: Vec<Arc<Picture>>,
-    /// Whether any of its images is of tiles.
+    /// Whether any of its images has tiles.
     pub(super) has_tiles: bool,
-    /// Whether coarser levels of any of its images may be seen.
+    /// Whether coarser levels of any of its images may be used.
     pub(super) has_mipmaps: bool,
-    /// Linear values of encoded ones, where there are pictures of as many bits.
+    /// Linear values of encoded ones, for pictures of these depths.
     pub(super) srgb_8: Vec<f32>,
     pub(super) srgb_16: Vec<f32>,
     /// Whether there are pictures of [`Floats`].
     pub(super) has_floats: bool,
-    /// The most colours that wait.
+    /// The maximum number of colours on the stack.
     pub(super) depth: usize,
     /// Whether there are instructions of each kind.
     pub(super) has: Has,
 }
 
-/// The form of a picture whose numbers are floats as they are meant. Lanes look it up all together.
+/// The format of a picture of unencoded floats. Lanes look it up all together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Floats {
     /// Whether they have 16 bits.
@@ -40,7 +40,7 @@ pub(super) struct Floats {
 }
 
 impl Floats {
-    /// That of a row of pictures, from its form.
+    /// That of a row of pictures, from its format.
     #[inline(always)]
     pub(super) fn of(form: u32) -> Option<Floats> {
         let is_half = form & 3 == Depth::Half as u32;
@@ -49,7 +49,7 @@ impl Floats {
     }
 }
 
-/// Which instructions there are: code for others is left out.
+/// The instructions that occur: the code of others is omitted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Has {
     pub(super) image: bool,
@@ -60,7 +60,7 @@ pub(super) struct Has {
     pub(super) restore: bool,
 }
 
-/// Linear values of numbers of so many codes that are encoded as sRGB.
+/// Linear values of this number of codes, which are encoded as sRGB.
 fn linear_values(codes: u32) -> Vec<f32> {
     let most = f64::from(codes - 1);
     (0..codes).map(|code| colour::srgb_to_linear(f64::from(code) / most) as f32).collect()
@@ -109,17 +109,17 @@ impl TextureTable {
         self.has_mipmaps
     }
 
-    /// The pictures, in the order in which the rows of pictures count their words.
+    /// The pictures, in the order in which their rows count words.
     pub fn pictures(&self) -> &[Arc<Picture>] {
         &self.pictures
     }
 
-    /// Gives the columns of the instructions to a reader.
+    /// Visits the columns of the instructions.
     pub fn instruction_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.instructions.columns(reader);
     }
 
-    /// Gives the columns of the pictures to a reader.
+    /// Visits the columns of the pictures.
     pub fn picture_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.rows.columns(reader);
     }

@@ -1,25 +1,25 @@
-//! Normals that are bent, so that light is scattered to the right side of a surface.
+//! Shading normals that are bent so that light is scattered to the correct side of a surface.
 //!
-//! Around a normal other than the true one a mirror may reflect, and glass may reflect or refract, to the wrong side of the
-//! surface. Nothing may pass there, as it would leak through, and what is dropped darkens. A normal may be bent twice:
+//! Around a shading normal, a mirror may reflect and glass may refract to the wrong side of the true surface. Such
+//! light would leak, so it is dropped, which darkens the surface. A normal is bent in two cases:
 //!
-//! 1. One that a map tilts, whatever the material, until a mirror of that normal would reflect to the right side. The map
-//!    may even have turned it away from the viewer.
-//! 2. Any of these and the interpolated ones of meshes, where the material has a delta lobe. Such a lobe has one direction
-//!    for each way that light takes: the normal is bent until all of them are on the right side, so that no energy is lost,
-//!    and the rims of coarse meshes are not dark.
+//! 1. A normal from a map is bent, for any material, until a mirror with this normal would reflect to the correct side.
+//!    The map may even have turned it away from the viewer.
+//! 2. A mapped or interpolated normal is bent where the material has a delta lobe. Such a lobe has a single direction
+//!    for reflection and one for refraction. The normal is bent until all of them are on their correct sides, so that
+//!    no energy is lost and the silhouettes of coarse meshes are not dark.
 
 use super::{CompiledScene, Interaction};
 use crate::material::{Bsdf, Bxdf};
 use crate::math::{Float, Frame, Ray, Vec3, function};
 
-/// The least cosine between the true normal and what is reflected around a bent one: many times what rounding does to
-/// directions, and less than a tenth of a degree.
+/// The smallest cosine between the true normal and a direction reflected around a bent normal. It is many times the
+/// rounding error of a direction, and corresponds to less than a tenth of a degree above the horizon.
 const LEAST_COSINE: f32 = 1e-3;
 
 impl CompiledScene {
-    /// The frame in which light is scattered that arrives along a ray: that of the shading normal, bent where a delta lobe
-    /// would send light to the wrong side of the surface.
+    /// The shading frame at the hit of a ray. Its normal is the shading normal, bent where a delta lobe would otherwise
+    /// send light to the wrong side of the surface.
     #[inline(always)]
     pub fn scattering_frame<F: Float>(&self, at: &Interaction<F>, ray: &Ray<F>, bsdf: &Bsdf<F>) -> Frame<F> {
         let tilts = self.surfaces.has_shading_normals() | self.materials.has_maps();
@@ -36,15 +36,14 @@ impl CompiledScene {
     }
 }
 
-/// The normal halfway between `wo` and a reflected direction that is moved up.
+/// The normal halfway between `wo` and a reflected direction that is moved along `up`.
 #[inline(always)]
 fn halfway<F: Float>(wo: Vec3<F>, reflected: Vec3<F>, up: Vec3<F>) -> Vec3<F> {
     (wo + (reflected + up).normalized()).normalized()
 }
 
-/// A normal that a map makes, bent as little as needed for a mirror of that normal to reflect light along `wo` to its side
-/// of the surface and not into it, where it would be black; `n` is the true normal. Both normals are outward and all three
-/// of length one. A true normal is never bent.
+/// A mapped normal, bent as little as needed for a mirror to reflect `wo` above the surface. `n` is the true normal;
+/// both normals are outward, and all three vectors have unit length. A mapped normal that equals `n` is never bent.
 ///
 /// The mirrored direction is moved along the true normal up to the surface, and the normal is halfway between it and
 /// `wo` (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", appendix A.3).
@@ -56,21 +55,21 @@ pub(super) fn bent_mapped<F: Float>(mapped: Vec3<F>, n: Vec3<F>, wo: Vec3<F>) ->
     let facing = m.dot(wo);
     let mirrored = m * (facing * 2.0) - wo;
     let height = mirrored.dot(up);
-    // Of the true normal the height is the cosine itself.
+    // If the mapped normal is the true normal, the height is the cosine itself.
     let least = (cos.abs() * 0.9).min(F::splat(0.01));
     let is_bent = height.lt(least) | facing.le(F::zero());
     let bent = halfway(wo, mirrored, up * (least - height).max(F::zero()));
     Vec3::select(is_bent, bent * side, mapped)
 }
 
-/// The normal nearest to a shading normal around which directions stay on their side of a surface with the normal `n`:
-/// what is reflected on that of `wo`, what is refracted on the other. `wo` is on the same side by both normals; `index` is
-/// the index of refraction on the side where `n` does not point over that where it does.
+/// The normal nearest to `shading` that keeps directions on their sides of a surface with the normal `n`: the
+/// reflection of `wo` on the side of `wo`, its refraction on the other. `wo` is on the same side by both normals.
+/// `index` is the index of refraction on the inner side relative to the outer side.
 ///
-/// A reflected direction below the surface is lifted to the horizon, as that of [`bent_mapped`] is. Only light that leaves the denser
-/// medium can be refracted to the wrong side; then the normal is `n`. So it is where `wo` grazes the surface, and where light
-/// is reflected totally around the shading normal and not around `n`: a coarse ball of glass would keep one path in a hundred
-/// for ever.
+/// A reflected direction below the surface is lifted to the horizon, as in [`bent_mapped`]. Only light that leaves the
+/// denser medium can be refracted to the wrong side; the result is then `n`. It is also `n` where `wo` grazes the
+/// surface, and where light is totally reflected around the shading normal but not around `n`. Otherwise a coarse glass
+/// sphere would trap one path in a hundred forever.
 #[inline(always)]
 fn bent_normal<F: Float>(n: Vec3<F>, shading: Vec3<F>, wo: Vec3<F>, index: F) -> Vec3<F> {
     function!(F, bent_normal(n, shading, wo, index), {
@@ -88,10 +87,10 @@ fn bent_normal<F: Float>(n: Vec3<F>, shading: Vec3<F>, wo: Vec3<F>, index: F) ->
         let cos_t = (-sin2_t + 1.0).max(zero).sqrt();
         let refracted = bent * (cos / eta - cos_t) - wo * (one / eta);
         let leaks = sin2_t.lt(one) & !refracted.dot(up).lt(zero);
-        // Around bent normals light does not go back the way that it came, so that some would be reflected inside for ever.
+        // Paths around bent normals are not reversible, so some light would be reflected internally forever.
         let sin2_of_true = (one - wo.dot(up) * wo.dot(up)) / (eta * eta);
         let is_kept_in = !sin2_t.lt(one) & sin2_of_true.lt(one);
-        // Halfway between two grazing directions there would be rounding errors.
+        // Halfway between two grazing directions, rounding errors would dominate.
         let grazes = wo.dot(up).lt(least);
         Vec3::select(leaks | is_kept_in | grazes, up, bent) * side
     })
@@ -105,8 +104,8 @@ mod tests {
     use crate::sampling::{Stream, warp};
     use rand::RngExt;
 
-    /// How many of the ways that light takes at smooth glass lead to the wrong side of the surface, around shading normals
-    /// and around bent ones; and how many normals are bent.
+    /// The number of directions at smooth glass that lead to the wrong side of the surface, for shading normals and for
+    /// bent normals, and the number of normals that are bent.
     fn wrong(index: f32, count: u32) -> ([u32; 2], u32) {
         let mut stream = Stream::new(7, 0, 0);
         let (mut wrong, mut changed) = ([0; 2], 0);
@@ -115,7 +114,7 @@ mod tests {
             let [n, wo, tilt] =
                 [(); 3].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
             let shading = (n + tilt * stream.random_range(0.0..0.5_f32)).normalized();
-            // As `Triangles::point` has it, beyond what rounding decides.
+            // As in `Triangles::point`, beyond rounding errors.
             if wo.dot(n) * wo.dot(shading) <= 0.0 || wo.dot(n).abs() < 1e-4 {
                 continue;
             }
@@ -129,7 +128,7 @@ mod tests {
                 let frame = Frame::around(normal);
                 for way in glass.branches(frame.to_local(wo), TransportMode::Radiance) {
                     let passes = frame.to_world(way.wi).dot(n) * way.wi.z > 0.0;
-                    *wrong += u32::from(way.chance > 1e-4 && !passes);
+                    *wrong += u32::from(way.probability > 1e-4 && !passes);
                 }
             }
         }
@@ -164,24 +163,24 @@ mod tests {
     }
 
     #[test]
-    fn no_way_that_light_takes_leads_to_the_wrong_side() {
+    fn no_reflection_or_refraction_leads_to_the_wrong_side() {
         for index in [1.5, 1.0 / 1.5, 1.001, 4.0] {
             let ([smooth, bent], changed) = wrong(index, 20_000);
             assert_eq!(bent, 0, "of index {index}");
-            // Negative control; and most normals stay what they are.
+            // Negative control. Most normals are unchanged.
             assert!(smooth > 200, "{smooth} of index {index}");
             assert!(changed < 10_000, "{changed} of index {index}");
         }
     }
 
     #[test]
-    fn normals_that_do_no_harm_stay_as_they_are() {
+    fn harmless_normals_are_unchanged() {
         let n = Vec3::new(0.0_f32, 0.0, 1.0);
         let shading = Vec3::new(0.1, 0.0, 1.0).normalized();
         for wo in [Vec3::new(0.3, 0.4, 0.8), Vec3::new(-0.5, 0.1, -0.9)] {
             assert_eq!(bent_normal(n, shading, wo.normalized(), 1.5), shading);
         }
-        // A flat surface has no other normal, however flat the ray.
+        // A flat surface has no other normal, even at grazing incidence.
         let flat = bent_normal(n, n, Vec3::new(1.0, 0.0, 1e-5).normalized(), 1.5);
         assert_eq!(flat, n);
     }

@@ -1,55 +1,55 @@
-//! From the description of a scene to its tables.
+//! Compiles the description of a scene into tables.
 
+use super::attributes::SurfaceAttributes;
 use super::extent::extent;
-use super::groups::{Groups, Places};
-use super::listing::Surfaces;
-use super::look::Look;
+use super::groups::{GroupPlacements, Groups};
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
+use super::surface_list::Surfaces;
 use super::surfaces::SurfaceTable;
-use super::{Finder, Instances, Simple, World};
+use super::{AcceleratorChoice, Instances, Simple, World};
 use crate::camera::Camera;
-use crate::light::{Environment, LightTable, NO_LIGHT, Surroundings};
-use crate::material::{Binding, MaterialKind, MaterialTable, Place, RowModifiers};
+use crate::light::{Environment, EnvironmentMapParameters, LightTable, NO_LIGHT};
+use crate::material::{Binding, MaterialKind, MaterialTable, ParameterSlot, RowModifiers};
 use crate::math::narrow;
 use crate::scene::{self, Material, Modifiers, Scene};
 use crate::texture::{Compiler, NO_TEXTURE};
 use std::sync::Arc;
 
-/// The tables that paths look up; they do not depend on how hits are found.
+/// The tables that paths look up. They do not depend on the accelerator.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
-    /// The camera over the film.
+    /// The camera, for the size of the film.
     pub camera: Camera,
     /// The surfaces.
     pub surfaces: SurfaceTable,
     /// The materials.
     pub materials: MaterialTable,
-    /// Every light that can be sampled, and what rays see that leave the scene.
+    /// Every light that can be sampled, and the radiance of rays that leave the scene.
     pub lights: LightTable,
-    /// The ambient term of `whitted`.
+    /// The ambient radiance of `whitted`.
     pub ambient: [f32; 3],
-    /// The media that the camera is inside of: see [`Media::packed`](crate::material::Media::packed).
+    /// The media that contain the camera: see [`Media::packed`](crate::material::Media::packed).
     pub inside: [u32; 2],
 }
 
 impl CompiledScene {
-    /// The same scene, seen by another camera; its surfaces are those of the world.
+    /// The same scene for another camera. `world` holds its surfaces.
     pub fn seen_by(&self, camera: Camera, world: &World) -> CompiledScene {
-        CompiledScene { camera, ..self.clone() }.submerged(world)
+        CompiledScene { camera, ..self.clone() }.with_camera_media(world)
     }
 }
 
-/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet.
+/// Compiles a scene for a film of `width` × `height` pixels. Returns its tables, and the surfaces that rays can hit.
 ///
 /// # Errors
 ///
-/// If there is more in the scene than can be numbered: see [`Size::check`].
+/// If the scene exceeds the limits of the tables: see [`Size::check`].
 pub fn compile(scene: &Scene, width: u32, height: u32) -> Result<(CompiledScene, Simple), TooLarge> {
     compile_sharing(scene, width, height, SHARING_PAYS_FROM)
 }
 
-/// As [`compile`], with meshes shared that have so many triangles in all their copies.
+/// As [`compile`], sharing meshes that have at least `from` triangles in all their copies.
 pub fn compile_sharing(
     scene: &Scene,
     width: u32,
@@ -57,13 +57,13 @@ pub fn compile_sharing(
     from: usize,
 ) -> Result<(CompiledScene, Simple), TooLarge> {
     let (shared_meshes, shared) = shared(scene, from);
-    let places = Places::of(scene);
+    let places = GroupPlacements::of(scene);
     Size::sharing(scene, &shared_meshes, &shared, &places).check()?;
-    let Textures { materials, emitted, surroundings } = textures(scene);
+    let Textures { materials, emitted, environment_map } = textures(scene);
     let mut made = Surfaces::default();
     made.lights.set_textures(Arc::clone(materials.textures()));
-    if let Some(around) = surroundings {
-        made.lights.push_surroundings(&around);
+    if let Some(around) = environment_map {
+        made.lights.push_environment_map(&around);
     }
     for light in &scene.lights {
         light.add_to(&mut made.lights);
@@ -72,7 +72,7 @@ pub fn compile_sharing(
     let mut groups = Groups::of(scene, &places);
     for (index, entity) in scene.entities.iter().enumerate() {
         let is_textured = emitted[index] != NO_TEXTURE;
-        let look = Look {
+        let attributes = SurfaceAttributes {
             material: entity.material as u32,
             emission: if is_textured { [0.0; 3] } else { narrow(entity.emission) },
             emission_texture: emitted[index],
@@ -82,24 +82,24 @@ pub fn compile_sharing(
         };
         if let Some(group) = entity.within {
             if places.written_out[index] {
-                places.of_group[group].iter().for_each(|place| made.add_copy(entity, place, look));
+                places.of_group[group].iter().for_each(|place| made.add_copy(entity, place, attributes));
             } else {
-                groups.add(group, entity, look, &mut made.table);
+                groups.add(group, entity, attributes, &mut made.table);
             }
             continue;
         }
-        entity.shape.pieces().into_iter().for_each(|piece| made.add(piece, look));
+        entity.shape.pieces().into_iter().for_each(|piece| made.add(piece, attributes));
         let scene::Shape::Mesh { mesh, transform } = &entity.shape else { continue };
         match shared[index] {
             Some(shared) => {
-                let row = made.table.push_instance(look, transform.matrix3.determinant() < 0.0);
+                let row = made.table.push_instance(attributes, transform.matrix3.determinant() < 0.0);
                 instances.push(groups.len() + shared, transform, row);
             }
-            None => made.add_mesh(mesh, transform, look),
+            None => made.add_mesh(mesh, transform, attributes),
         }
     }
     groups.place(&places, &mut made, &mut instances);
-    let Surfaces { table: mut surfaces, mut all, mut triangles, mut lights, lamp } = made;
+    let Surfaces { table: mut surfaces, mut all, mut triangles, mut lights, convex_candidate } = made;
     instances.meshes.extend(shared_meshes.into_iter().map(|mesh| triangles.push_shared(mesh)));
     all.triangles = Arc::new(triangles);
     all.instances = Arc::new(instances);
@@ -110,10 +110,10 @@ pub fn compile_sharing(
     }
     lights.build_tree();
     if scene.render.integrator == scene::Integrator::Whitted {
-        lights.build_lamps();
+        lights.build_emitters();
     }
-    lights.set_bulging_mesh(lamp.is_some_and(|(lamp, flipped)| {
-        lamp == (0..all.triangles.len()) && all.instances.is_empty() && all.triangles.bulge(lamp, flipped)
+    lights.set_convex_emitter(convex_candidate.is_some_and(|(lamp, flipped)| {
+        lamp == (0..all.triangles.len()) && all.instances.is_empty() && all.triangles.is_convex(lamp, flipped)
     }));
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
@@ -126,17 +126,17 @@ pub fn compile_sharing(
     if compiled.materials.media().is_none() {
         return Ok((compiled, all));
     }
-    Ok((compiled.submerged(&World::new(&all, Finder::Simple)), all))
+    Ok((compiled.with_camera_media(&World::new(&all, AcceleratorChoice::Simple)), all))
 }
 
-/// What is made of the textures of a scene.
+/// The textures of a scene and their uses.
 struct Textures {
-    /// The materials, with those that they and the entities use.
+    /// The materials, with the textures that they and the entities use.
     materials: MaterialTable,
-    /// For each entity the texture that its emission is, or [`NO_TEXTURE`].
+    /// For each entity the texture of its emission, or [`NO_TEXTURE`].
     emitted: Vec<u32>,
-    /// The picture that is the environment.
-    surroundings: Option<Surroundings>,
+    /// The image of the environment.
+    environment_map: Option<EnvironmentMapParameters>,
 }
 
 fn textures(scene: &Scene) -> Textures {
@@ -146,12 +146,12 @@ fn textures(scene: &Scene) -> Textures {
     let emitted = scene.entities.iter().map(|entity| entity.emission_texture);
     let emitted =
         emitted.map(|texture| texture.map_or(NO_TEXTURE, |texture| compiler.root(texture))).collect();
-    let surroundings = scene.environment_picture.map(|picture| Surroundings {
+    let environment_map = scene.environment_picture.map(|picture| EnvironmentMapParameters {
         texture: compiler.root(scene.textures.len()),
         scale: picture.scale,
         rotate: picture.rotate,
         up: picture.up,
-        // `whitted` finds no light but by sampling it.
+        // `whitted` finds lights only by sampling.
         is_contested: scene.render.integrator != scene::Integrator::Whitted,
     });
     let kinds: Vec<MaterialKind> = scene.materials.iter().map(Material::textured_kind).collect();
@@ -175,15 +175,15 @@ fn textures(scene: &Scene) -> Textures {
             };
             if let Some(texture) = alone {
                 *texture = compiler.root(textured.texture);
-            } else if let Some(place) = Place::of(&kinds[row], textured.parameter) {
-                // What can be no texture is refused when a scene is checked.
-                bindings.push(Binding { row, place, texture: compiler.root(textured.texture) });
+            } else if let Some(slot) = ParameterSlot::of(&kinds[row], textured.parameter) {
+                // Parameters that cannot be textures are rejected when a scene is checked.
+                bindings.push(Binding { row, slot, texture: compiler.root(textured.texture) });
             }
         }
     }
     Textures {
         materials: MaterialTable::modified(rows, &bindings, &modifiers, Arc::new(compiler.finish())),
         emitted,
-        surroundings,
+        environment_map,
     }
 }

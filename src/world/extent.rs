@@ -1,4 +1,4 @@
-//! How far a scene reaches.
+//! The bounds of a scene.
 
 use super::{Members, Simple, SurfaceTable};
 use crate::math::{Bounds, narrow};
@@ -9,18 +9,18 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A box around all surfaces that are bounded; [`Bounds::NOTHING`] if there is none. Of instances it holds their own
+/// The bounds of all bounded surfaces; [`Bounds::NOTHING`] if there is none. Instances contribute the bounds of their
 /// boxes.
 pub fn extent(scene: &Scene, table: &SurfaceTable, surfaces: &Simple) -> Bounds {
     let shapes = surfaces.spheres.iter().map(|(s, _)| s.bounds());
     let shapes = shapes.chain(surfaces.quads.iter().map(|(q, _)| q.bounds()));
-    let shapes = shapes.chain(surfaces.rare.iter().map(|(s, _)| s.bounds()));
+    let shapes = shapes.chain(surfaces.custom.iter().map(|(s, _)| s.bounds()));
     let triangles = (0..surfaces.triangles.placed()).map(|i| surfaces.triangles.bounds(i));
     let mut own = HashMap::new();
     let meshes = (0..surfaces.instances.len()).filter_map(|instance| {
         let row = surfaces.instances.row_of(instance)?;
-        let (_, look) = table.rows()[row as usize];
-        let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
+        let (_, attributes) = table.rows()[row as usize];
+        let scene::Shape::Mesh { mesh, transform } = &scene.entities[attributes.entity as usize].shape else {
             return None;
         };
         let own = own.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh.positions.iter().copied()));
@@ -39,14 +39,14 @@ pub fn extent(scene: &Scene, table: &SurfaceTable, surfaces: &Simple) -> Bounds 
         .fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
 }
 
-/// Boxes around the instances of groups.
+/// Bounds of the instances of groups.
 fn groups(surfaces: &Simple) -> impl Iterator<Item = Bounds> {
     let Simple { instances, triangles, .. } = surfaces;
     let around = |(members, range): (&Members, &Range<usize>)| {
-        let Members { spheres, quads, rare } = members;
+        let Members { spheres, quads, custom } = members;
         let shapes = spheres.iter().map(|(s, _)| s.bounds());
         let shapes = shapes.chain(quads.iter().map(|(q, _)| q.bounds()));
-        let shapes = shapes.chain(rare.iter().map(|(r, _)| r.bounds()));
+        let shapes = shapes.chain(custom.iter().map(|(r, _)| r.bounds()));
         let shapes = shapes.chain(range.clone().map(|triangle| triangles.bounds(triangle)));
         shapes.fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
     };

@@ -1,4 +1,4 @@
-//! Interactions of rays with surfaces: all that scattering depends on, and the rays that leave.
+//! Interactions of rays with surfaces: the inputs of scattering, and the rays that leave.
 
 use super::{CompiledScene, Hit, SurfacePoint};
 use crate::light::{LightSample, textured_radiance};
@@ -8,12 +8,12 @@ use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, function, value};
 use crate::shape::offset_origin;
 use crate::texture::NO_TEXTURE;
 
-/// The lanes in which uv are computed.
+/// The lanes in which uv coordinates are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Uv {
-    /// Where the material or the emission depends on them.
-    WherePatterned,
-    /// In all lanes that met a surface.
+    /// Lanes whose material or emission depends on uv.
+    IfTextured,
+    /// All lanes that hit a surface.
     Everywhere,
 }
 
@@ -22,20 +22,21 @@ pub enum Uv {
 pub struct Interaction<F: Float> {
     /// The point, its error bound, its normals and the surface's row.
     pub point: SurfacePoint<F>,
-    /// The surface's own coordinates, in the lanes that [`Uv`] names; unspecified in others.
+    /// The surface's uv coordinates, in the lanes that [`Uv`] selects; unspecified in others.
     pub uv: [F; 2],
-    /// The coordinates for the material: those within a check where the entity's own material is a checkerboard.
-    /// Unspecified in lanes whose material does not use them.
+    /// The uv coordinates for the material; within a square of the pattern where the entity's material is a
+    /// checkerboard. Unspecified in lanes whose material does not use uv.
     pub material_uv: [F; 2],
     /// [`NO_INSTANCE`](super::NO_INSTANCE), or one more than the index in [`Instances`](super::Instances).
     pub instance: F::Uint,
-    /// The row that the entity has at this point: that of the check where the entity's own is a checkerboard.
+    /// The row of the material at this point. Where the entity's material is a checkerboard, this is the material of
+    /// the square.
     pub material: F::Uint,
-    /// The area of `material_uv` for each area of `uv`, in a scene with mipmaps.
+    /// The ratio of an area in `material_uv` to that in `uv`, in scenes with mipmaps.
     pub uv_area: F,
-    /// cos θ between the outward normal and the way back along the ray.
+    /// cos θ between the outward normal and the direction back along the ray.
     pub cos_o: F,
-    /// The ray's time, which rays from here inherit.
+    /// The ray's time, which scattered rays inherit.
     pub time: F,
 }
 
@@ -43,8 +44,8 @@ value!(Interaction { point, uv, material_uv, instance, material, uv_area, cos_o,
 
 impl CompiledScene {
     /// The interactions of rays at their hits, in the lanes of `met`; other lanes are unspecified. The scene must have
-    /// a surface. In a scene whose materials [are walked](crate::material::MaterialTable::is_walked) the material is the
-    /// entity's own until [`Self::modified`] has followed it.
+    /// a surface. In scenes that [resolve materials](crate::material::MaterialTable::is_walked), the material is the
+    /// entity's own until [`Self::modified`] has resolved it.
     #[inline(always)]
     pub fn interaction<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, met: F::Mask, uv: Uv) -> Interaction<F> {
         let (ray, hit) = (*ray, *hit);
@@ -57,7 +58,7 @@ impl CompiledScene {
             }
             let (mut material, mut material_uv) = (entity_material, own);
             if self.materials.uses_uv() || self.surfaces.has_textured_emission() {
-                let mut looks = self.materials.looks_at_uv::<F>(material);
+                let mut looks = self.materials.lanes_using_uv::<F>(material);
                 if self.surfaces.has_textured_emission() {
                     looks = looks | self.has_textured_emission(&point);
                 }
@@ -68,7 +69,7 @@ impl CompiledScene {
                     #[inline(always)]
                     || {
                         let mut own = own;
-                        if uv == Uv::WherePatterned {
+                        if uv == Uv::IfTextured {
                             own = self.surfaces.uv(&point, hit.instance, looks);
                         }
                         if self.materials.is_walked() {
@@ -106,8 +107,7 @@ impl CompiledScene {
         self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv, footprint })
     }
 
-    /// The area in the surface's uv of what a pixel covers, in lanes that have uv. It depends on the point and the camera
-    /// alone.
+    /// The area of a pixel's footprint in uv, in lanes that have uv. It depends only on the point and the camera.
     #[inline(always)]
     pub(super) fn footprint<F: Float>(&self, point: SurfacePoint<F>, instance: F::Uint) -> F {
         function!(F, footprint(point, instance), {
@@ -118,14 +118,14 @@ impl CompiledScene {
         })
     }
 
-    /// The shading frame: the shading normal and two tangents, of which the first follows u where any material of the
-    /// scene scatters differently along u and along v.
+    /// The shading frame: the shading normal and two tangents. The first tangent follows u if any material of the scene
+    /// is anisotropic.
     #[inline(always)]
     pub fn frame<F: Float>(&self, at: &Interaction<F>) -> Frame<F> {
         self.frame_around(at, at.point.shading)
     }
 
-    /// The same around another normal.
+    /// The frame around another normal.
     #[inline(always)]
     pub(super) fn frame_around<F: Float>(&self, at: &Interaction<F>, normal: Vec3<F>) -> Frame<F> {
         let around = Frame::around(normal);
@@ -143,8 +143,8 @@ impl CompiledScene {
         Frame::blend(has_tangent, along, around)
     }
 
-    /// The lanes in which a direction, given in the world and in the frame, is on the same side by the true normal and
-    /// by the shading normal. No light passes where they differ: it would leak through the surface.
+    /// The lanes in which a direction, given in the world and in the frame, is on the same side of the surface by the
+    /// true normal and by the shading normal. Elsewhere light would leak through the surface, and is dropped.
     #[inline(always)]
     pub fn passes<F: Float>(&self, at: &Interaction<F>, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
         if !self.surfaces.has_shading_normals() && !self.materials.has_maps() {
@@ -153,13 +153,13 @@ impl CompiledScene {
         at.is_on_one_side(d, wi)
     }
 
-    /// The points whose emission is a texture.
+    /// The lanes whose emission is a texture.
     #[inline(always)]
     fn has_textured_emission<F: Float>(&self, point: &SurfacePoint<F>) -> F::Mask {
         self.surfaces.emission_texture(point).lt(F::Uint::splat(NO_TEXTURE))
     }
 
-    /// Radiance that the surface emits back along the ray.
+    /// Radiance that the surface emits back along the ray, W·m⁻²·sr⁻¹.
     #[inline(always)]
     pub fn emitted<F: Float>(&self, at: &Interaction<F>) -> Rgb<F> {
         let mut emission = self.surfaces.emission(&at.point);
@@ -184,26 +184,26 @@ impl<F: Float> Interaction<F> {
         (d.dot(self.point.n) * wi.z).gt(F::zero())
     }
 
-    /// The origin of a ray that leaves towards `d` without meeting the surface where it starts.
+    /// The origin of a ray towards `d` that does not hit the surface where it starts.
     #[inline(always)]
     fn origin(&self, d: Vec3<F>) -> Vec3<F> {
         offset_origin(self.point.p, self.point.n, self.point.error, d)
     }
 
-    /// The ray that light is scattered along, or comes from: towards `d`, of length one.
+    /// The scattered ray towards the unit direction `d`.
     #[inline(always)]
     pub fn scattered(&self, d: Vec3<F>) -> Ray<F> {
         Ray { o: self.origin(d), d, time: self.time }
     }
 
-    /// The ray to a sample of a light, and the distance up to which a hit hides it.
+    /// The shadow ray to a sample of a light, and the distance before which a hit occludes it.
     #[inline(always)]
     pub fn shadow(&self, light: &LightSample<F>) -> (Ray<F>, F) {
         let (ray, length) = light.shadow_ray(self.origin(light.wi));
         (Ray { time: self.time, ..ray }, length)
     }
 
-    /// The ray that met the surface, beyond it.
+    /// The ray that hit the surface, continued beyond it.
     #[inline(always)]
     pub fn straight_on(&self, ray: &Ray<F>) -> Ray<F> {
         self.scattered(ray.d)
@@ -216,12 +216,12 @@ mod tests {
     use crate::light::NO_LIGHT;
     use crate::math::lanes::scalar::Wrapping;
     use crate::shape::{Plane, Shape};
-    use crate::world::{Look, SurfaceTable};
+    use crate::world::{SurfaceAttributes, SurfaceTable};
 
     #[test]
-    fn rays_set_out_on_the_side_that_they_go_to() {
+    fn rays_start_on_the_side_of_their_direction() {
         let plane = Plane { normal: [0.0, 0.0, 1.0], distance: 3.0 };
-        let look = Look {
+        let attributes = SurfaceAttributes {
             material: 0,
             emission: [0.0; 3],
             emission_texture: NO_TEXTURE,
@@ -230,7 +230,7 @@ mod tests {
             light: NO_LIGHT,
         };
         let mut table = SurfaceTable::default();
-        table.push(plane.surface(), look);
+        table.push(plane.surface(), attributes);
         let ray =
             Ray { time: 0.25, ..Ray::new(Vec3::splat([1.0, 2.0, 10.0]), Vec3::splat([0.0, 0.0, -1.0])) };
         let hit = Hit { t: plane.intersect(&ray), surface: Wrapping(0), ..Hit::<f32>::none() };
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!([plane.intersect(&back), plane.intersect(&on)], [f32::INFINITY; 2]);
         assert_eq!(on.d, ray.d);
         assert_eq!([back.time, on.time], [0.25; 2]);
-        // A light below the smooth surface and above the real one, or the other way round, would leak.
+        // Light from below the shading surface and above the true one, or the reverse, would leak.
         let up = Vec3::splat([0.0, 0.0, 1.0]);
         let passes = |d: Vec3<f32>, wi| at.is_on_one_side(d, wi);
         assert!(passes(up, up) && passes(-up, -up) && !passes(up, -up) && !passes(-up, up));

@@ -1,54 +1,54 @@
 //! The compiled scene, and the intersection of rays with it.
 //!
-//! [`CompiledScene`] holds flat tables of everything that a path looks up. A [`World`] finds the first of its surfaces
-//! along a ray, and whether there is any before a distance.
+//! [`CompiledScene`] holds flat tables of everything that a path looks up. A [`World`] finds the first surface along a
+//! ray, and tests whether there is one before a distance.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
-//! | `compile` | from the description of a scene to its tables |
-//! | `size` | the limits of these tables |
-//! | `extent` | the box around everything bounded |
+//! | `compile` | compilation of a scene description into tables |
+//! | `size` | the limits of the tables |
+//! | `extent` | the bounds of the scene |
 //! | `simple` | the surfaces that every ray is tested against |
-//! | `bvh` | trees of boxes over the other surfaces |
+//! | `bvh` | bounding volume hierarchies of the other surfaces |
 //! | `triangles` | the triangles of all meshes |
-//! | `listing` | the surfaces of the world itself, and the lights that they are |
-//! | `groups` | what is kept once of each group of the scene |
-//! | `sharing` | the choice of meshes that are kept once |
-//! | `instances` | the places where these stand, and rays in their own space |
+//! | `surface_list` | the surfaces in world space, and the area lights among them |
+//! | `groups` | groups of the scene, which are stored once |
+//! | `sharing` | the choice of meshes that are stored once |
+//! | `instances` | the transforms of instances, and rays in their spaces |
 //! | `surfaces` | the rows that hits look up: material, emission, normals, tangents, uv |
-//! | `look` | what such a row says besides the form |
-//! | `rare` | normals, tangents and uv of hits on shapes of which most scenes have none |
-//! | `modified` | the material of a hit where it is one of several, has holes or has a map |
-//! | `interaction` | a hit with all that scattering depends on, and the rays that leave it |
-//! | `bent` | normals that are bent, so that light is scattered to the right side of a surface |
-//! | `submerged` | the dielectrics that a camera is inside of |
+//! | `attributes` | the attributes of a surface other than its geometry |
+//! | `custom` | normals, tangents and uv of hits on disks and cylinders |
+//! | `modified` | the material of a hit, with mixes, holes, back sides and maps resolved |
+//! | `interaction` | a hit with all inputs of scattering, and the rays that leave it |
+//! | `bent` | shading normals bent to keep light on the correct side of a surface |
+//! | `camera_media` | the dielectrics that contain the camera |
 //! | `pages` | memory in large pages, and prefetching |
 
+mod attributes;
 mod bent;
 mod bvh;
+mod camera_media;
 mod compile;
+mod custom;
 mod extent;
 mod groups;
 mod instances;
 mod interaction;
-mod listing;
-mod look;
 mod modified;
 mod pages;
-mod rare;
 mod sharing;
 mod simple;
 mod size;
-mod submerged;
+mod surface_list;
 mod surfaces;
 mod triangles;
 
+pub use attributes::SurfaceAttributes;
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, compile, compile_sharing};
 pub use extent::extent;
-pub use instances::{Instances, Members, NO_INSTANCE, Place, RAY_ERROR};
+pub use instances::{InstanceTransform, Instances, Members, NO_INSTANCE, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
-pub use look::Look;
 pub use sharing::SHARING_PAYS_FROM;
 pub use simple::Simple;
 pub use size::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
@@ -59,65 +59,69 @@ use crate::math::lanes::Device;
 use crate::math::{Float, LaneFloat, Ray, Uint, value};
 use crate::shape::NOTHING;
 
-/// How the surfaces that rays meet are found. The picture is the same.
+/// The choice of accelerator. The image does not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Finder {
-    /// The fastest way for the number of surfaces.
+pub enum AcceleratorChoice {
+    /// The fastest for the number of surfaces.
     #[default]
     Fastest,
-    /// By testing every surface.
+    /// None: every ray is tested against every surface.
     Simple,
-    /// By a tree of all surfaces that it can hold.
+    /// A bounding volume hierarchy of all bounded surfaces.
     Bvh,
 }
 
-/// Which of the bounded surfaces go into a tree. Every ray is tested against the others, all lanes at once.
+/// Former name of [`AcceleratorChoice`].
+#[deprecated(note = "renamed to `AcceleratorChoice`")]
+pub type Finder = AcceleratorChoice;
+
+/// The bounded surfaces that go into a tree. Every ray is tested against the others, in all lanes at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Treed {
-    /// Nothing: no tree is worth it.
+pub enum TreeScope {
+    /// None: there is no tree.
     Nothing,
     /// Triangles and instances of meshes and groups.
     Meshes,
-    /// Everything.
+    /// All bounded surfaces.
     Everything,
 }
 
-impl Finder {
-    /// Which of these surfaces go into a tree.
-    pub fn treed(self, surfaces: &Simple) -> Treed {
+impl AcceleratorChoice {
+    /// The surfaces that go into a tree with this choice.
+    pub fn tree_scope(self, surfaces: &Simple) -> TreeScope {
         // Testing a quad or a triangle takes about twice as long as testing a sphere.
         let others = surfaces.spheres.len() + 2 * surfaces.quads.len();
         let placed = surfaces.instances.len() + surfaces.instances.tests_of_groups();
         let all = others + 2 * (surfaces.triangles.len() + placed);
         match self {
-            Finder::Simple => Treed::Nothing,
-            Finder::Fastest if all < TREE_PAYS_FROM => Treed::Nothing,
-            Finder::Fastest if others < BESIDE_UP_TO => Treed::Meshes,
-            Finder::Fastest | Finder::Bvh => Treed::Everything,
+            AcceleratorChoice::Simple => TreeScope::Nothing,
+            AcceleratorChoice::Fastest if all < TREE_PAYS_FROM => TreeScope::Nothing,
+            AcceleratorChoice::Fastest if others < BESIDE_UP_TO => TreeScope::Meshes,
+            AcceleratorChoice::Fastest | AcceleratorChoice::Bvh => TreeScope::Everything,
         }
     }
 }
 
-/// The number of spheres from which on a tree is faster than testing them all: about 70 for sixteen paths side by side,
-/// 40 for eight; 35 and 28 if they are quads, which count as two each.
+/// The number of spheres from which a tree is faster than testing all of them: about 70 for sixteen lanes and 40 for
+/// eight. For quads, which count twice, it is 35 and 28.
 const TREE_PAYS_FROM: usize = 56;
 
-/// The number of spheres up to which testing them all is faster where there is a tree of meshes anyway: rays that have
-/// a near hit then need not enter the tree.
+/// The number of spheres below which testing all of them is faster if there is a tree of meshes anyway: rays with a
+/// near hit then need not enter the tree.
 const BESIDE_UP_TO: usize = 24;
 
 /// The first hit of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit<F: Float> {
-    /// Distance along the ray; infinite where nothing is met.
+    /// Distance along the ray; infinite without a hit.
     pub t: F,
-    /// The surface's number: its row in the [`SurfaceTable`], or [`FIRST_TRIANGLE`] and the triangle's index in
-    /// [`Triangles`]; meaningless where nothing is met.
+    /// The surface's number: its row in the [`SurfaceTable`], or [`FIRST_TRIANGLE`] plus the triangle's index in
+    /// [`Triangles`]. Unspecified without a hit.
     pub surface: F::Uint,
-    /// [`NO_INSTANCE`], or one more than the index in [`Instances`] of that of which a surface is met. That surface's
-    /// number is the same in all instances of a mesh or group.
+    /// [`NO_INSTANCE`], or one more than the index in [`Instances`] of the instance that is hit. A surface's number is
+    /// the same in all instances of its mesh or group.
     pub instance: F::Uint,
-    /// The weights of the second and the third corner of the triangle that is met; zero on other surfaces.
+    /// The barycentric weights of the second and the third corner of the triangle that is hit; zero on other surfaces.
     pub weights: [F; 2],
 }
 
@@ -131,8 +135,8 @@ impl<F: Float> Hit<F> {
         Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX), instance, weights: [F::zero(); 2] }
     }
 
-    /// The nearer of two hits. At equal distances it is the one of the lower instance, and then of the lower surface,
-    /// so that the result does not depend on the order of tests.
+    /// The nearer of two hits. At equal distances the lower instance wins, and then the lower surface, so that the
+    /// result does not depend on the order of tests.
     #[inline(always)]
     pub fn nearer(self, other: Self) -> Self {
         let same = other.instance.eq(self.instance);
@@ -149,63 +153,68 @@ impl<F: Float> Hit<F> {
         }
     }
 
-    /// The lanes that met something.
+    /// The lanes with a hit.
     #[inline(always)]
     pub fn is_some(&self) -> F::Mask {
         self.t.lt(F::splat(f32::INFINITY))
     }
 }
 
-/// Everything that rays can meet: surfaces that every ray is tested against, and a tree of the others.
+/// All surfaces that rays can hit: surfaces that every ray is tested against, and a tree of the others.
 ///
-/// Whether there is a tree is a value and not a type, so that integrators are compiled once. A function of its own
-/// searches it for a whole packet of rays, so that the branch is taken once a packet.
+/// The tree is optional at run time, so that integrators are compiled once. A separate function traverses it for a
+/// whole packet of rays, so that the branch is taken once per packet.
 #[derive(Clone, Debug)]
 pub struct World {
     /// The surfaces that every ray is tested against.
     pub simple: Simple,
-    /// The others, if a tree is worth it.
+    /// The others, if a tree is worthwhile.
     pub tree: Option<Bvh>,
 }
 
 impl World {
-    /// The world of some surfaces, with or without a tree as `finder` says.
-    pub fn new(surfaces: &Simple, finder: Finder) -> World {
-        World::with_tree_of(surfaces, finder.treed(surfaces))
+    /// A world of surfaces, with or without a tree according to `accelerator`.
+    pub fn new(surfaces: &Simple, accelerator: AcceleratorChoice) -> World {
+        World::with_tree_scope(surfaces, accelerator.tree_scope(surfaces))
     }
 
-    /// The same with these surfaces in a tree.
-    pub fn with_tree_of(surfaces: &Simple, treed: Treed) -> World {
-        World::built_by(surfaces, treed, std::thread::available_parallelism().map_or(1, |n| n.get()))
+    /// As [`Self::new`], with these surfaces in a tree.
+    pub fn with_tree_scope(surfaces: &Simple, tree_scope: TreeScope) -> World {
+        World::with_build_threads(
+            surfaces,
+            tree_scope,
+            std::thread::available_parallelism().map_or(1, |n| n.get()),
+        )
     }
 
-    /// The same, with a given number of threads to build the tree. It does not depend on that number.
-    pub fn built_by(surfaces: &Simple, treed: Treed, threads: usize) -> World {
-        if treed == Treed::Nothing {
+    /// As [`Self::with_tree_scope`], with a number of threads to build the tree. The tree does not depend on that
+    /// number.
+    pub fn with_build_threads(surfaces: &Simple, tree_scope: TreeScope, threads: usize) -> World {
+        if tree_scope == TreeScope::Nothing {
             return World { simple: surfaces.clone(), tree: None };
         }
-        let (simple, tree) = Bvh::of(surfaces, treed, threads);
+        let (simple, tree) = Bvh::of(surfaces, tree_scope, threads);
         World { simple, tree: Some(tree) }
     }
 
-    /// The first hit of each ray. Equal distances go to the lower instance, and then to the lower surface. The hits
-    /// of lanes outside `asks` are unspecified.
+    /// The first hit of each ray. At equal distances the lower instance wins, and then the lower surface. The hits of
+    /// lanes outside `active` are unspecified.
     #[inline(always)]
-    pub fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
-        F::device(&Intersect(self), (*ray, asks))
+    pub fn intersect<F: Float>(&self, ray: &Ray<F>, active: F::Mask) -> Hit<F> {
+        F::device(&Intersect(self), (*ray, active))
     }
 
-    /// The lanes whose ray has a hit before the distance `t_max`. For lanes in `past_triangles`, hits on meshes do not
-    /// count. The results of lanes outside `asks` are unspecified.
+    /// The lanes whose rays have a hit before the distance `t_max`. Lanes in `ignores_meshes` ignore hits on meshes.
+    /// The results of lanes outside `active` are unspecified.
     #[inline(always)]
     pub fn occluded<F: Float>(
         &self,
         ray: &Ray<F>,
         t_max: F,
-        asks: F::Mask,
-        past_triangles: F::Mask,
+        active: F::Mask,
+        ignores_meshes: F::Mask,
     ) -> F::Mask {
-        F::device(&Occluded(self), (*ray, t_max, asks, past_triangles))
+        F::device(&Occluded(self), (*ray, t_max, active, ignores_meshes))
     }
 }
 
@@ -222,11 +231,11 @@ impl Device for Intersect<'_> {
     type Output<F: Float> = Hit<F>;
 
     #[inline(always)]
-    fn run<F: LaneFloat>(&self, (ray, asks): Self::Arguments<F>) -> Hit<F> {
+    fn run<F: LaneFloat>(&self, (ray, active): Self::Arguments<F>) -> Hit<F> {
         let hit = self.0.simple.intersect(&ray);
         match &self.0.tree {
             None => hit,
-            Some(tree) => hit.nearer(tree.intersect_within(&ray, hit.t, asks)),
+            Some(tree) => hit.nearer(tree.intersect_within(&ray, hit.t, active)),
         }
     }
 }
@@ -240,11 +249,11 @@ impl Device for Occluded<'_> {
     type Output<F: Float> = F::Mask;
 
     #[inline(always)]
-    fn run<F: LaneFloat>(&self, (ray, t_max, asks, past_triangles): Self::Arguments<F>) -> F::Mask {
-        let found = self.0.simple.occluded(&ray, t_max, past_triangles);
+    fn run<F: LaneFloat>(&self, (ray, t_max, active, ignores_meshes): Self::Arguments<F>) -> F::Mask {
+        let found = self.0.simple.occluded(&ray, t_max, ignores_meshes);
         match &self.0.tree {
             None => found,
-            Some(tree) => found | tree.occluded(&ray, t_max, asks & !found, past_triangles),
+            Some(tree) => found | tree.occluded(&ray, t_max, active & !found, ignores_meshes),
         }
     }
 }
@@ -256,18 +265,22 @@ mod tests {
     use glam::DVec3;
 
     #[test]
-    fn few_surfaces_stay_out_of_trees() {
+    fn small_scenes_have_no_tree() {
         let spheres = |count: usize| {
             let sphere = (Sphere::new(DVec3::ZERO, 1.0), 0);
             Simple { spheres: vec![sphere; count], ..Simple::default() }
         };
-        for (finder, count, treed) in [
-            (Finder::Fastest, 3, Treed::Nothing),
-            (Finder::Fastest, 1000, Treed::Everything),
-            (Finder::Bvh, 3, Treed::Everything),
-            (Finder::Simple, 1000, Treed::Nothing),
+        for (accelerator, count, tree_scope) in [
+            (AcceleratorChoice::Fastest, 3, TreeScope::Nothing),
+            (AcceleratorChoice::Fastest, 1000, TreeScope::Everything),
+            (AcceleratorChoice::Bvh, 3, TreeScope::Everything),
+            (AcceleratorChoice::Simple, 1000, TreeScope::Nothing),
         ] {
-            assert_eq!(finder.treed(&spheres(count)), treed, "{finder:?}, {count} spheres");
+            assert_eq!(
+                accelerator.tree_scope(&spheres(count)),
+                tree_scope,
+                "{accelerator:?}, {count} spheres"
+            );
         }
     }
 }

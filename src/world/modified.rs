@@ -1,32 +1,32 @@
-//! The materials of hits in scenes in which these are mixed, have holes, another one behind, or maps.
+//! The materials of hits in scenes that have mixed materials, holes, back sides or maps.
 
 use super::bent::bent_mapped;
 use super::{CompiledScene, Interaction, SurfacePoint};
 use crate::material::Site;
 use crate::math::{Float, Vec3, function, value};
 
-/// What a hit has there.
+/// The modified properties of a hit.
 #[derive(Clone, Copy)]
 struct Modified<F: Float> {
-    /// The row of the material, a leaf.
+    /// The row of the resolved material, which is no mix.
     material: F::Uint,
-    /// The coordinates for it.
+    /// The uv coordinates for the material.
     uv: [F; 2],
-    /// The area of these for each area of the surface's own.
+    /// The ratio of an area in these coordinates to that in the surface's own.
     uv_area: F,
-    /// The share of light that the surface meets.
+    /// The opacity: the fraction of light that interacts with the surface.
     opacity: F,
-    /// The normal that light scatters around.
+    /// The shading normal.
     shading: Vec3<F>,
 }
 
 value!(Modified { material, uv, uv_area, opacity, shading });
 
 impl CompiledScene {
-    /// Interactions of rays along `ray_d` with the materials that the entities' own lead to, in the lanes of `met`, and the
-    /// share of light that the surface meets; the rest goes straight through. Mixes choose by `number`, uniform in [0, 1).
+    /// Interactions of rays along `ray_d` with their entities' materials resolved, in the lanes of `met`, and the
+    /// opacity. The rest of the light passes straight through. Mixes choose by `number`, uniform in [0, 1).
     ///
-    /// It is asked for in scenes whose materials [are walked](crate::material::MaterialTable::is_walked).
+    /// Called only in scenes that [resolve materials](crate::material::MaterialTable::is_walked).
     #[inline(always)]
     pub fn modified<F: Float>(
         &self,

@@ -1,4 +1,4 @@
-//! Meshes that are kept once and stand at several places.
+//! The choice of meshes that are stored once and instanced.
 
 use super::Instances;
 use crate::scene::{self, Scene};
@@ -6,12 +6,12 @@ use crate::shape::Mesh;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Triangles in all copies of a mesh from which on it is kept once, and rays are taken to each place where it
-/// stands: fewer are found faster in one tree.
+/// The number of triangles in all copies of a mesh from which it is stored once. Smaller meshes are traversed faster as
+/// copies in one tree.
 pub const SHARING_PAYS_FROM: usize = 1 << 16;
 
-/// Which mesh is shared by an entity, if it is: meshes that stand at several places, have so many triangles in all
-/// copies, and do not emit; a light is chosen triangle by triangle, each of which needs a place of its own.
+/// The shared mesh of each entity, if it has one. A mesh is shared if it has several copies with enough triangles in
+/// total and does not emit. Emissive triangles are chosen one by one, so each needs its own position.
 pub(super) fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     let could = |entity: &scene::Entity| match &entity.shape {
         scene::Shape::Mesh { mesh, transform }

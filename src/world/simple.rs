@@ -3,32 +3,32 @@
 use super::{FIRST_TRIANGLE, Hit, Instances, Members, NO_INSTANCE, Triangles, rarely};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Uint, Vec3};
-use crate::shape::{Meeting, NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
+use crate::shape::{CustomShape, NOTHING, Plane, Quad, Shape, ShearedRays, Sphere, TriangleHit};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Tests every surface, kind by kind (report §5.2.4, `SimpleWorld`), which is the fastest for a few surfaces.
+/// Tests every surface, kind by kind (report §5.2.4, `SimpleWorld`), which is the fastest way for few surfaces.
 #[derive(Clone, Debug, Default)]
 pub struct Simple {
     /// The planes, each with its row in the surface table, in ascending order of rows.
     pub planes: Vec<(Plane, u32)>,
-    /// The spheres likewise.
+    /// The spheres, in the same form.
     pub spheres: Vec<(Sphere, u32)>,
-    /// The quads likewise.
+    /// The quads, in the same form.
     pub quads: Vec<(Quad, u32)>,
-    /// The shapes of which most scenes have none likewise.
-    pub rare: Vec<(Rare, u32)>,
+    /// The custom shapes, disks and cylinders, in the same form.
+    pub custom: Vec<(CustomShape, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,
-    /// The groups, the meshes that are shared, and where they stand.
+    /// The groups, the shared meshes, and their instances.
     pub instances: Arc<Instances>,
 }
 
 impl Simple {
-    /// How many surfaces there are.
+    /// The number of surfaces.
     pub fn len(&self) -> usize {
-        let Simple { planes, spheres, quads, rare, triangles, instances } = self;
-        planes.len() + spheres.len() + quads.len() + rare.len() + triangles.placed() + instances.len()
+        let Simple { planes, spheres, quads, custom, triangles, instances } = self;
+        planes.len() + spheres.len() + quads.len() + custom.len() + triangles.placed() + instances.len()
     }
 
     /// Whether there is none.
@@ -37,8 +37,8 @@ impl Simple {
     }
 }
 
-/// The first of the hit so far and the hits on shapes of one kind, which are in the order of their rows: at equal
-/// distances among them the first one counts.
+/// The first of a previous hit and the hits on shapes of one kind, which are in the order of their rows: among equal
+/// distances the first one wins.
 #[inline(always)]
 fn closest<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>) -> Hit<F> {
     closest_by(
@@ -50,7 +50,7 @@ fn closest<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hi
     )
 }
 
-/// The same on shapes of an instance, with a test of one's own.
+/// The same for shapes of an instance, with a given test.
 #[inline(always)]
 fn closest_by<F: LaneFloat, S>(
     shapes: &[(S, u32)],
@@ -76,24 +76,24 @@ fn any<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut 
     found
 }
 
-/// The test against all surfaces if there are rare shapes or instances. It is a function of its own, so that other scenes
-/// have no code for these in their paths.
-struct AskAll<'a> {
+/// The test against all surfaces in scenes with custom shapes or instances. It is a separate function, so that other
+/// scenes contain no code for these.
+struct TestAll<'a> {
     world: &'a Simple,
     /// The rays' origins and directions, one column for each coordinate.
     ray: [[f32; MAX_LANES]; 6],
-    /// Bit `i` is set if lane `i` passes through triangles.
-    past_triangles: u32,
+    /// Bit `i` is set if lane `i` ignores meshes.
+    ignores_meshes: u32,
 }
 
-impl<'a> AskAll<'a> {
+impl<'a> TestAll<'a> {
     #[inline(always)]
-    fn new<F: LaneFloat>(world: &'a Simple, ray: &Ray<F>, past_triangles: F::Mask) -> AskAll<'a> {
+    fn new<F: LaneFloat>(world: &'a Simple, ray: &Ray<F>, ignores_meshes: F::Mask) -> TestAll<'a> {
         let mut columns = [[0.0; MAX_LANES]; 6];
         for (column, x) in columns.iter_mut().zip([ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z]) {
             x.store(column);
         }
-        AskAll { world, ray: columns, past_triangles: past_triangles.bits() }
+        TestAll { world, ray: columns, ignores_meshes: ignores_meshes.bits() }
     }
 }
 
@@ -105,18 +105,18 @@ struct Found {
     weights: [[f32; MAX_LANES]; 2],
 }
 
-impl Kernel for AskAll<'_> {
+impl Kernel for TestAll<'_> {
     type Output = Found;
 
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> Found {
         let [ox, oy, oz, dx, dy, dz] = &self.ray;
         let o = Vec3::new(F::load(ox), F::load(oy), F::load(oz));
-        // Without its time: nothing moves.
+        // Time is left out, as nothing moves.
         let ray = Ray::new(o, Vec3::new(F::load(dx), F::load(dy), F::load(dz)));
-        let past_triangles = F::Mask::from_bits(self.past_triangles);
-        let hit = closest(&self.world.rare, &ray, self.world.closest_common(&ray, past_triangles));
-        let hit = self.world.closest_placed(&ray, past_triangles, hit);
+        let ignores_meshes = F::Mask::from_bits(self.ignores_meshes);
+        let hit = closest(&self.world.custom, &ray, self.world.closest_common(&ray, ignores_meshes));
+        let hit = self.world.closest_placed(&ray, ignores_meshes, hit);
         let nothing = [0; MAX_LANES];
         let weights = [[0.0; MAX_LANES]; 2];
         let mut found = Found { t: [NOTHING; MAX_LANES], surface: nothing, instance: nothing, weights };
@@ -135,23 +135,23 @@ fn each_triangle<F: LaneFloat>(
     triangles: &Triangles,
     range: Range<usize>,
     ray: &Ray<F>,
-    mut found: impl FnMut(Meeting<F>, u32),
+    mut found: impl FnMut(TriangleHit<F>, u32),
 ) {
     if range.is_empty() {
         return;
     }
-    let shears = Shears::new(ray);
+    let shears = ShearedRays::new(ray);
     for triangle in range {
         let corners = triangles.positions_of(triangle).map(Vec3::splat);
-        found(shears.meet(corners, triangles.has_needles), triangle as u32);
+        found(shears.intersect(corners, triangles.has_needles), triangle as u32);
     }
 }
 
 impl Simple {
-    /// The first hit on all surfaces, rare shapes and instances included; for lanes in `past_triangles`, on all but triangles.
+    /// The first hit on all surfaces, including custom shapes and instances. Lanes in `ignores_meshes` ignore triangles.
     #[inline(always)]
-    fn closest_of_all<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
-        let found = &F::outlined(AskAll::new(self, ray, past_triangles));
+    fn closest_of_all<F: LaneFloat>(&self, ray: &Ray<F>, ignores_meshes: F::Mask) -> Hit<F> {
+        let found = &F::outlined(TestAll::new(self, ray, ignores_meshes));
         Hit {
             t: F::load(&found.t),
             surface: F::Uint::load(&found.surface),
@@ -160,36 +160,36 @@ impl Simple {
         }
     }
 
-    /// The first hit on all surfaces but rare shapes and instances.
+    /// The first hit on all surfaces but custom shapes and instances.
     #[inline(always)]
-    fn closest_common<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
+    fn closest_common<F: LaneFloat>(&self, ray: &Ray<F>, ignores_meshes: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
         let hit = closest(&self.spheres, ray, hit);
         let mut hit = closest(&self.quads, ray, hit);
-        // Triangles come last and in the order of their numbers: the first of equal distances counts.
+        // Triangles come last, in the order of their numbers: among equal distances the first one wins.
         each_triangle(
             &self.triangles,
             0..self.triangles.placed(),
             ray,
             #[inline(always)]
-            |meeting, triangle| take_nearer(&mut hit, meeting, past_triangles, NO_INSTANCE, triangle),
+            |meeting, triangle| take_nearer(&mut hit, meeting, ignores_meshes, NO_INSTANCE, triangle),
         );
         hit
     }
 
-    /// The first of a hit on other surfaces and the hits on instances, in the order that decides at equal distances.
+    /// The first of a previous hit and the hits on instances, with ties resolved as in [`Hit::nearer`].
     #[inline(always)]
-    fn closest_placed<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask, mut hit: Hit<F>) -> Hit<F> {
+    fn closest_placed<F: LaneFloat>(&self, ray: &Ray<F>, ignores_meshes: F::Mask, mut hit: Hit<F>) -> Hit<F> {
         for (instance, &thing) in self.instances.mesh.iter().enumerate() {
             let ray = &self.instances.splat::<F>(instance).ray(ray);
             let instance = instance as u32 + 1;
-            if let Some(Members { spheres, quads, rare }) = self.instances.groups.get(thing as usize) {
+            if let Some(Members { spheres, quads, custom }) = self.instances.groups.get(thing as usize) {
                 hit = closest_by(
                     spheres,
                     hit,
                     instance,
                     #[inline(always)]
-                    |sphere| sphere.form().intersect_any_length(ray),
+                    |sphere| sphere.lanes().intersect_any_length(ray),
                 );
                 hit = closest_by(
                     quads,
@@ -199,11 +199,11 @@ impl Simple {
                     |quad| quad.intersect(ray),
                 );
                 hit = closest_by(
-                    rare,
+                    custom,
                     hit,
                     instance,
                     #[inline(always)]
-                    |rare| rare.intersect(ray),
+                    |custom| custom.intersect(ray),
                 );
             }
             each_triangle(
@@ -211,23 +211,23 @@ impl Simple {
                 self.instances.meshes[thing as usize].clone(),
                 ray,
                 #[inline(always)]
-                |meeting, triangle| take_nearer(&mut hit, meeting, past_triangles, instance, triangle),
+                |meeting, triangle| take_nearer(&mut hit, meeting, ignores_meshes, instance, triangle),
             );
         }
         hit
     }
 }
 
-/// Takes the hit on a triangle where it is nearer than all before it.
+/// Takes the hit on a triangle where it is nearer than the previous one.
 #[inline(always)]
 fn take_nearer<F: LaneFloat>(
     hit: &mut Hit<F>,
-    Meeting { t, weights }: Meeting<F>,
-    past_triangles: F::Mask,
+    TriangleHit { t, weights }: TriangleHit<F>,
+    ignores_meshes: F::Mask,
     instance: u32,
     triangle: u32,
 ) {
-    let nearer = t.lt(hit.t) & !past_triangles;
+    let nearer = t.lt(hit.t) & !ignores_meshes;
     if nearer.any() {
         let surface = F::Uint::splat(FIRST_TRIANGLE | triangle);
         hit.t = F::select(nearer, t, hit.t);
@@ -239,23 +239,23 @@ fn take_nearer<F: LaneFloat>(
 }
 
 impl Simple {
-    /// The first hit of each ray, as [`World::intersect`](super::World::intersect) says.
+    /// The first hit of each ray: see [`World::intersect`](super::World::intersect).
     #[inline(always)]
     pub fn intersect<F: LaneFloat>(&self, ray: &Ray<F>) -> Hit<F> {
         let none = F::Mask::splat(false);
-        if !self.rare.is_empty() || !self.instances.is_empty() {
+        if !self.custom.is_empty() || !self.instances.is_empty() {
             rarely();
             return self.closest_of_all(ray, none);
         }
         self.closest_common(ray, none)
     }
 
-    /// The lanes whose ray meets anything, as [`World::occluded`](super::World::occluded) says.
+    /// The lanes whose rays hit anything: see [`World::occluded`](super::World::occluded).
     #[inline(always)]
-    pub fn occluded<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, past_triangles: F::Mask) -> F::Mask {
-        if !self.rare.is_empty() || !self.instances.is_empty() {
+    pub fn occluded<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, ignores_meshes: F::Mask) -> F::Mask {
+        if !self.custom.is_empty() || !self.instances.is_empty() {
             rarely();
-            return self.closest_of_all(ray, past_triangles).t.lt(t_max);
+            return self.closest_of_all(ray, ignores_meshes).t.lt(t_max);
         }
         let none = F::Mask::splat(false);
         let found = any(&self.planes, ray, t_max, none);
@@ -266,7 +266,7 @@ impl Simple {
             0..self.triangles.placed(),
             ray,
             #[inline(always)]
-            |meeting, _| found = found | (meeting.t.lt(t_max) & !past_triangles),
+            |meeting, _| found = found | (meeting.t.lt(t_max) & !ignores_meshes),
         );
         found
     }

@@ -1,71 +1,71 @@
 //! The limits of a scene's tables.
 
-use super::groups::Places;
+use super::groups::GroupPlacements;
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use crate::material::{MOST_MEDIA, Media};
 use crate::scene::{Scene, Shape};
 use crate::shape::{MOST_TRIANGLES, Mesh};
 
-/// The most surfaces and triangles of a scene: their numbers have 30 bits where the tree keeps them.
+/// The maximum number of surfaces and triangles of a scene: the tree stores their indices in 30 bits.
 pub const MOST_PRIMITIVES: u64 = MOST_TRIANGLES as u64;
 
-/// The most vertices of a scene: lanes look them up by signed numbers of 32 bits (see
+/// The maximum number of vertices of a scene: lanes look them up by signed 32-bit indices (see
 /// [`Float::gather`](crate::math::Float::gather)).
 pub const MOST_VERTICES: u64 = i32::MAX as u64;
 
-/// A scene with more in it than can be numbered.
+/// The scene exceeds a limit of the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TooLarge {
     /// Too many surfaces and triangles.
     #[error(
-        "the scene has {0} surfaces and triangles in all, more than stride can number ({MOST_PRIMITIVES}); take \
-         meshes of fewer triangles, or fewer of them"
+        "the scene has {0} surfaces and triangles in all, more than the maximum of {MOST_PRIMITIVES}; use fewer or \
+         smaller meshes"
     )]
     Primitives(u64),
     /// Too many vertices.
     #[error(
-        "the meshes of the scene have {0} vertices in all, more than stride can number ({MOST_VERTICES}); take \
-         meshes of fewer vertices, or fewer of them"
+        "the meshes of the scene have {0} vertices in all, more than the maximum of {MOST_VERTICES}; use fewer or \
+         smaller meshes"
     )]
     Vertices(u64),
     /// Too many dielectrics with absorption or priorities.
     #[error(
-        "the scene has {0} dielectrics that differ, more than stride can number ({MOST_MEDIA}) where one has absorption \
-         or a priority; take fewer"
+        "the scene has {0} different dielectrics, more than the maximum of {MOST_MEDIA} in scenes with absorption or \
+         priorities; use fewer"
     )]
     Media(u64),
 }
 
-/// How much the tables of a scene have to hold. Copies of a mesh count once where they share one, and each where they
-/// do not. Groups count once, and each of their places as one more.
+/// The number of entries in the tables of a scene. A shared mesh counts once, and other copies count each. Groups count
+/// once, and each of their instances counts as one more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Size {
     /// Surfaces, instances and triangles.
     pub primitives: u64,
     /// Vertices of meshes.
     pub vertices: u64,
-    /// Media inside of dielectrics.
+    /// Media inside dielectrics.
     pub media: u64,
 }
 
 impl Size {
-    /// That of the scene as [`compile`](super::compile()) makes it.
+    /// The size of the scene as compiled by [`compile`](super::compile()).
     pub fn of(scene: &Scene) -> Size {
         let (meshes, of_entity) = shared(scene, SHARING_PAYS_FROM);
-        Size::sharing(scene, &meshes, &of_entity, &Places::of(scene))
+        Size::sharing(scene, &meshes, &of_entity, &GroupPlacements::of(scene))
     }
 
-    /// That of a scene with these meshes shared: see [`shared`].
+    /// The size of a scene with these meshes shared: see [`shared`].
     pub(super) fn sharing(
         scene: &Scene,
         meshes: &[&Mesh],
         of_entity: &[Option<usize>],
-        places: &Places,
+        places: &GroupPlacements,
     ) -> Size {
         let rows: Vec<_> = scene.materials.iter().map(|material| material.kind.row()).collect();
         let mut size = Size { media: Media::new(&rows).count() as u64, ..Size::default() };
         for (index, (entity, shared)) in scene.entities.iter().zip(of_entity).enumerate() {
-            // What is written out there is once at each place, and all else of a group once.
+            // Entities that are written out count once per instance, all others of a group once.
             let times = match entity.within {
                 Some(group) if places.written_out[index] => places.of_group[group].len(),
                 _ => 1,
@@ -85,7 +85,7 @@ impl Size {
     }
 
     fn with(self, primitives: usize, vertices: usize) -> Size {
-        // Copies cost no memory before the tables are built: there may be any number of them.
+        // Copies take no memory before the tables are built, so their number is unlimited here.
         Size {
             primitives: self.primitives.saturating_add(primitives as u64),
             vertices: self.vertices.saturating_add(vertices as u64),
@@ -93,7 +93,7 @@ impl Size {
         }
     }
 
-    /// Whether the tables have room for it.
+    /// Checks the size against the limits of the tables.
     pub fn check(self) -> Result<(), TooLarge> {
         if self.primitives > MOST_PRIMITIVES {
             return Err(TooLarge::Primitives(self.primitives));
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_numbered_is_refused() {
+    fn scenes_beyond_the_limits_are_rejected() {
         let check = |primitives, vertices| Size { primitives, vertices, media: 0 }.check();
         assert_eq!(check(1 << 30, (1 << 31) - 1), Ok(()));
         assert_eq!(check((1 << 30) + 1, 0), Err(TooLarge::Primitives((1 << 30) + 1)));

@@ -1,31 +1,31 @@
 //! The table that hits look up: one row for each surface, one column for each property.
 
-use super::look::Look;
+use super::attributes::SurfaceAttributes;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances};
 use crate::light::NO_LIGHT;
 use crate::math::lanes::Device;
 use crate::math::{ColumnReader, Float, LaneFloat, Mask, Ray, Uint, Vec3, function, push3, trig, value};
-use crate::shape::{Form, POSITION_ERROR, Surface};
+use crate::shape::{POSITION_ERROR, Surface, SurfaceKind};
 use crate::texture::NO_TEXTURE;
 use std::sync::Arc;
 
+mod custom;
 mod emission;
 mod gradients;
 mod groups;
-mod rare;
 mod uv_area;
 
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {
-    /// Of round and rare surfaces.
+    /// A point on round and custom surfaces.
     anchor: [Vec<f32>; 3],
-    /// Zero for flat surfaces; the kind's number, negated, for rare ones.
+    /// The radius of round surfaces, zero for flat ones, and the negated number of the kind for custom ones.
     radius: Vec<f32>,
-    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, the axis of rare ones.
+    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, the axis of custom ones.
     axis: [Vec<f32>; 3],
-    /// The distance of flat surfaces, the anchor's power of round ones, the constant of rare ones.
+    /// The distance of flat surfaces, the anchor's power of round ones, the constant of custom ones.
     constant: Vec<f32>,
     error: Vec<f32>,
     u_axis: [Vec<f32>; 3],
@@ -40,15 +40,15 @@ pub struct SurfaceTable {
     has_textured_emission: bool,
     material: Vec<u32>,
     light: Vec<u32>,
-    /// For a mesh that emits, the difference between a triangle's light and its index, wrapping.
+    /// For a mesh that emits, the wrapping difference between a triangle's index in the light table and its own index.
     triangle_light: Vec<u32>,
-    /// Whether some are round.
+    /// Whether any surface is round.
     has_round: bool,
-    /// Whether some are rare.
-    has_rare: bool,
-    /// Whether some are in groups.
+    /// Whether any surface is custom.
+    has_custom: bool,
+    /// Whether any surface is in a group.
     has_groups: bool,
-    rows: Vec<(Surface, Look)>,
+    rows: Vec<(Surface, SurfaceAttributes)>,
     triangles: Option<Arc<Triangles>>,
     instances: Option<Arc<Instances>>,
 }
@@ -60,13 +60,13 @@ pub struct SurfacePoint<F: Float> {
     pub p: Vec3<F>,
     /// Outward normal, of length one.
     pub n: Vec3<F>,
-    /// The normal that light scatters around, of length one: `n`, or the normal of a mesh's vertices, on
-    /// the same side of the triangle for the ray.
+    /// The shading normal, of unit length: `n`, or the interpolated normal of a mesh, on the same side of the triangle
+    /// as seen from the ray.
     pub shading: Vec3<F>,
     /// See [`Hit::weights`].
     weights: [F; 2],
-    /// How far at most the point lies off the surface, along the normal, plus how close to the surface
-    /// a ray may start without meeting it again (see [`crate::shape::offset_origin`]).
+    /// A bound on the distance from the point to the surface along the normal, plus the distance at which a ray may
+    /// start without hitting the surface again (see [`crate::shape::offset_origin`]).
     pub error: F,
     /// The surface's number: see [`Hit::surface`].
     pub surface: F::Uint,
@@ -78,16 +78,16 @@ value!(SurfacePoint { p, n, shading, weights, error, surface, row });
 
 impl SurfaceTable {
     /// Adds a row and returns its number.
-    pub fn push(&mut self, surface: Surface, look: Look) -> u32 {
+    pub fn push(&mut self, surface: Surface, attributes: SurfaceAttributes) -> u32 {
         let row = self.rows.len() as u32;
-        let (axis, constant) = match surface.form {
-            Form::Round => (surface.to_centre, surface.anchor_power),
-            Form::Flat | Form::Rare(_) => (surface.normal, surface.distance),
+        let (axis, constant) = match surface.kind {
+            SurfaceKind::Round => (surface.to_centre, surface.anchor_power),
+            SurfaceKind::Flat | SurfaceKind::Custom(_) => (surface.normal, surface.distance),
         };
         push3(&mut self.anchor, surface.anchor);
-        self.radius.push(match surface.form {
-            Form::Flat | Form::Round => surface.radius,
-            Form::Rare(kind) => -(kind.number() as f32),
+        self.radius.push(match surface.kind {
+            SurfaceKind::Flat | SurfaceKind::Round => surface.radius,
+            SurfaceKind::Custom(kind) => -(kind.number() as f32),
         });
         push3(&mut self.axis, axis);
         self.constant.push(constant);
@@ -98,37 +98,36 @@ impl SurfaceTable {
         let [vx, vy, vz, v_offset] = surface.v_axis;
         push3(&mut self.v_axis, [vx, vy, vz]);
         self.v_offset.push(v_offset);
-        self.orientation.push(if look.flip_normal { -1.0 } else { 1.0 });
-        push3(&mut self.emission, look.emission);
-        self.emission_texture.push(look.emission_texture);
-        self.has_textured_emission |= look.emission_texture != NO_TEXTURE;
-        self.material.push(look.material);
-        self.light.push(look.light);
+        self.orientation.push(if attributes.flip_normal { -1.0 } else { 1.0 });
+        push3(&mut self.emission, attributes.emission);
+        self.emission_texture.push(attributes.emission_texture);
+        self.has_textured_emission |= attributes.emission_texture != NO_TEXTURE;
+        self.material.push(attributes.material);
+        self.light.push(attributes.light);
         self.triangle_light.push(0);
-        self.has_round |= surface.form == Form::Round;
-        self.has_rare |= matches!(surface.form, Form::Rare(_));
-        self.rows.push((surface, look));
+        self.has_round |= surface.kind == SurfaceKind::Round;
+        self.has_custom |= matches!(surface.kind, SurfaceKind::Custom(_));
+        self.rows.push((surface, attributes));
         row
     }
 
-    /// Adds the row of a mesh whose triangles begin with `first`, and whose lights, if it emits, with the look's
-    /// own.
-    pub fn push_mesh(&mut self, look: Look, first: usize) -> u32 {
-        let row = self.push(Surface::OF_A_MESH, look);
-        self.triangle_light[row as usize] = look.light.wrapping_sub(first as u32);
+    /// Adds the row of a mesh whose triangles begin at `first`. If it emits, its first light is that of the attributes.
+    pub fn push_mesh(&mut self, attributes: SurfaceAttributes, first: usize) -> u32 {
+        let row = self.push(Surface::OF_A_MESH, attributes);
+        self.triangle_light[row as usize] = attributes.light.wrapping_sub(first as u32);
         row
     }
 
-    /// Adds the row of an instance. What `mirrors` turns the order of its triangles' corners.
-    pub fn push_instance(&mut self, look: Look, mirrors: bool) -> u32 {
-        let row = self.push(Surface::OF_A_MESH, look);
+    /// Adds the row of an instance. A mirroring transform reverses the order of its triangles' corners.
+    pub fn push_instance(&mut self, attributes: SurfaceAttributes, mirrors: bool) -> u32 {
+        let row = self.push(Surface::OF_A_MESH, attributes);
         if mirrors {
             self.orientation[row as usize] *= -1.0;
         }
         row
     }
 
-    /// How many rows there are.
+    /// The number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
@@ -138,19 +137,19 @@ impl SurfaceTable {
         self.rows.is_empty()
     }
 
-    /// The rows that the table was made of.
-    pub fn rows(&self) -> &[(Surface, Look)] {
+    /// The rows from which the table was made.
+    pub fn rows(&self) -> &[(Surface, SurfaceAttributes)] {
         &self.rows
     }
 
-    /// Gives the rows of meshes their triangles, and those of instances their places.
+    /// Sets the triangles of the rows of meshes, and the transforms of instances.
     pub fn set_triangles(&mut self, triangles: Arc<Triangles>, instances: Arc<Instances>) {
         self.triangles = (!triangles.is_empty()).then_some(triangles);
         self.has_groups = instances.has_groups();
         self.instances = (!instances.is_empty()).then_some(instances);
     }
 
-    /// The columns that recorded programs look rows up in, but for [`Self::errors`].
+    /// The columns that recorded programs look up, except [`Self::errors`].
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         reader.vectors("anchor", &self.anchor);
         reader.floats("radius", &self.radius);
@@ -167,7 +166,7 @@ impl SurfaceTable {
         reader.words("light", &self.light);
     }
 
-    /// The rows' shares of their hits' error bounds. Devices that round otherwise have others.
+    /// The coefficients of the error bounds of hits, by rows. Devices with another rounding have other coefficients.
     pub fn errors(&self) -> &[f32] {
         &self.error
     }
@@ -177,18 +176,19 @@ impl SurfaceTable {
         self.triangles.as_deref()
     }
 
-    /// Whether light may scatter around other normals than the surfaces' own.
+    /// Whether there may be shading normals other than the true ones.
     #[inline(always)]
     pub fn has_shading_normals(&self) -> bool {
         self.triangles.as_ref().is_some_and(|triangles| triangles.has_normals)
     }
 
-    /// The groups and shared meshes, and where they stand.
+    /// The groups, the shared meshes, and their instances.
     pub fn instances(&self) -> Option<&Instances> {
         self.instances.as_deref()
     }
 
-    /// 1, or −1 where outward is the other side than the shape says: what `flip_normal` turns, or a place that mirrors.
+    /// 1, or −1 where the outward side is the opposite of the shape's own, by `flip_normal` or by a mirroring
+    /// transform.
     pub fn orientation(&self, row: u32) -> f32 {
         self.orientation[row as usize]
     }
@@ -198,8 +198,8 @@ impl SurfaceTable {
         self.rows[row as usize].1.entity
     }
 
-    /// The point that a ray met, put back onto its surface. Lanes without a hit are unspecified; the
-    /// table must not be empty.
+    /// The hit point of a ray, projected onto its surface. Lanes without a hit are unspecified; the table must not be
+    /// empty.
     #[inline(always)]
     pub fn point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
         let (ray, hit) = (*ray, *hit);
@@ -249,7 +249,7 @@ impl SurfaceTable {
         }
     }
 
-    /// Points on all but meshes. Lanes outside `lanes` are unspecified.
+    /// Points on all surfaces but meshes. Lanes outside `lanes` are unspecified.
     #[inline(always)]
     fn smooth_point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, lanes: F::Mask) -> SurfacePoint<F> {
         let row = hit.surface;
@@ -267,7 +267,7 @@ impl SurfaceTable {
             (normal, off),
             #[inline(always)]
             || {
-                // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
+                // The distance to the centre minus the radius, as power/(distance + radius): see `Sphere`.
                 let w = p - Vec3::gather(&self.anchor, row);
                 let from_centre = w - axis;
                 let length = from_centre.length();
@@ -275,17 +275,17 @@ impl SurfaceTable {
                 (from_centre * (F::splat(1.0) / length), power / (length + radius))
             },
         );
-        if self.has_rare {
-            let rare = lanes & radius.lt(F::zero());
+        if self.has_custom {
+            let custom = lanes & radius.lt(F::zero());
             (normal, off) = F::branch(
-                rare,
+                custom,
                 (normal, off),
                 #[inline(always)]
-                || self.rare_point(row, p, rare),
+                || self.custom_point(row, p, custom),
             );
         }
-        // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
-        // grows only with the coordinates.
+        // Along the ray, the error of a far hit grows with its distance. After the projection the error grows only with
+        // the coordinates.
         let mut p = p - normal * off;
         let mut error = p.max_abs() * POSITION_ERROR + F::gather(&self.error, row);
         if self.has_groups {
@@ -295,7 +295,7 @@ impl SurfaceTable {
         SurfacePoint { p, n, shading: n, weights: hit.weights, error, surface: hit.surface, row }
     }
 
-    /// uv of points, in the lanes where they are wanted; each shape defines its own. `instance` is that of the hits.
+    /// uv coordinates of points, in the lanes of `wanted`, as each shape defines them. `instance` is that of the hits.
     #[inline(always)]
     pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint, wanted: F::Mask) -> [F; 2] {
         let point = *point;
@@ -313,7 +313,7 @@ impl SurfaceTable {
         })
     }
 
-    /// uv on all but meshes.
+    /// uv coordinates on all surfaces but meshes.
     #[inline(always)]
     fn smooth_uv<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint, wanted: F::Mask) -> [F; 2] {
         let (mut p, mut n, row) = (point.p, point.n, point.row);
@@ -337,20 +337,20 @@ impl SurfaceTable {
                 },
             );
         }
-        if self.has_rare {
-            let rare = wanted & F::gather(&self.radius, row).lt(F::zero());
+        if self.has_custom {
+            let custom = wanted & F::gather(&self.radius, row).lt(F::zero());
             uv = F::branch(
-                rare,
+                custom,
                 uv,
                 #[inline(always)]
-                || self.rare_uv(row, p, n * F::gather(&self.orientation, row), rare),
+                || self.custom_uv(row, p, n * F::gather(&self.orientation, row), custom),
             );
         }
         uv
     }
 
-    /// Directions on surfaces in which u grows and v does not change, of any length; zero where there is none.
-    /// `instance` is that of the hits. Lanes without a hit are unspecified.
+    /// ∂p/∂u on surfaces, of any length; zero where it is undefined. `instance` is that of the hits. Lanes without a
+    /// hit are unspecified.
     #[inline(always)]
     pub fn tangent<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> Vec3<F> {
         let point = *point;
@@ -371,7 +371,7 @@ impl SurfaceTable {
         })
     }
 
-    /// Tangents on all but meshes.
+    /// Tangents on all surfaces but meshes.
     #[inline(always)]
     fn smooth_tangent<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> Vec3<F> {
         let (mut p, mut n, row) = (point.p, point.n, point.row);
@@ -379,19 +379,19 @@ impl SurfaceTable {
             (p, n) = self.point_within(p, n, instance, F::Mask::splat(true));
         }
         let outward = n * F::gather(&self.orientation, row);
-        // Of flat surfaces, along which v does not change; u, v and the normal are right-handed.
+        // On flat surfaces v does not change along the tangent; u, v and the normal are right-handed.
         let mut tangent = Vec3::gather(&self.v_axis, row).cross(outward);
         if self.has_round {
             let round = F::gather(&self.radius, row).gt(F::zero());
             tangent = Vec3::select(round, Vec3::new(-outward.y, outward.x, F::zero()), tangent);
         }
-        if self.has_rare {
-            let rare = F::gather(&self.radius, row).lt(F::zero());
+        if self.has_custom {
+            let custom = F::gather(&self.radius, row).lt(F::zero());
             tangent = F::branch(
-                rare,
+                custom,
                 tangent,
                 #[inline(always)]
-                || self.rare_tangent(row, p, rare),
+                || self.custom_tangent(row, p, custom),
             );
         }
         if self.has_groups {
@@ -425,7 +425,7 @@ impl SurfaceTable {
     }
 }
 
-/// The light that a triangle is: those of a mesh follow each other as its triangles do.
+/// The light of a triangle: the lights of a mesh are in the order of its triangles.
 struct TriangleLight<'a>(&'a SurfaceTable);
 
 impl Device for TriangleLight<'_> {

@@ -8,25 +8,26 @@ use crate::shape::{BOUNDS_ERROR, Mesh, Sides, is_needle, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
-/// Surfaces are numbered: rows of the surface table from 0, and triangles from here.
+/// The number of the first triangle: surfaces are numbered with rows of the surface table from 0, and triangles from
+/// here.
 pub const FIRST_TRIANGLE: u32 = 1 << 31;
 
 /// Triangles of all meshes, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Triangles {
-    /// Corners, as indices of vertices.
+    /// Indices of the corners' vertices.
     pub corners: [Vec<u32>; 3],
-    /// The rows of the entities of those in world space and those in groups in the surface table. The triangles after
-    /// them are of shared meshes.
+    /// The rows in the surface table of triangles in world space and in groups. The triangles after them belong to
+    /// shared meshes.
     pub rows: Vec<u32>,
-    /// How many of them, from the first, are in world space. Those after them are of groups, and then of shared meshes,
-    /// each in its own space: see [`super::Instances`].
+    /// The number of triangles in world space, which come first. They are followed by those of groups and then of
+    /// shared meshes, each in its own space: see [`super::Instances`].
     placed: usize,
     /// The vertices.
     pub positions: [Vec<f32>; 3],
-    /// Shading normals of the vertices, towards the outward side; zero where the mesh has none.
+    /// Shading normals of the vertices, on the outward side; zero where the mesh has none.
     pub normals: [Vec<f32>; 3],
-    /// uv of the vertices.
+    /// uv coordinates of the vertices.
     pub uv: [Vec<f32>; 2],
     /// Whether any vertex has a shading normal.
     pub has_normals: bool,
@@ -35,7 +36,7 @@ pub struct Triangles {
 }
 
 impl Triangles {
-    /// How many triangles there are.
+    /// The number of triangles.
     pub fn len(&self) -> usize {
         self.corners[0].len()
     }
@@ -45,12 +46,12 @@ impl Triangles {
         self.len() == 0
     }
 
-    /// How many of them, from the first, are in world space.
+    /// The number of triangles in world space, which come first.
     pub fn placed(&self) -> usize {
         self.placed
     }
 
-    /// Adds a transformed mesh as the surface of a row, and returns its first triangle.
+    /// Adds a transformed mesh with a row of the surface table, and returns its first triangle.
     ///
     /// A transform that mirrors reverses the order of the corners, so that the outward side stays the same.
     pub fn push(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) -> usize {
@@ -61,14 +62,14 @@ impl Triangles {
         first
     }
 
-    /// The same in the space of a group. Those in world space come first.
+    /// Adds a mesh in the space of a group. Triangles in world space must come first.
     pub fn push_grouped(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) {
         assert_eq!(self.len(), self.rows.len(), "shared meshes come last");
         self.add(mesh, transform);
         self.rows.resize(self.len(), row);
     }
 
-    /// Adds a mesh in its own space and returns its triangles. Those in world space and in groups come first.
+    /// Adds a mesh in its own space and returns its triangles. Triangles in world space and in groups must come first.
     pub fn push_shared(&mut self, mesh: &Mesh) -> Range<usize> {
         let first = self.add(mesh, &DAffine3::IDENTITY);
         first..self.len()
@@ -87,7 +88,7 @@ impl Triangles {
             self.positions.iter_mut().zip(p).for_each(|(column, x)| column.push(x as f32));
         }
         let mirrors = transform.matrix3.determinant() < 0.0;
-        // Normals go by the inverse's transpose; a mirror turns the sides, and normals with them.
+        // Normals transform by the inverse transpose; a mirroring transform swaps the sides, and negates normals.
         let turned = transform.matrix3.inverse().transpose();
         for &n in &mesh.normals {
             let n = (turned * wide(n)).normalize_or_zero().to_array();
@@ -114,7 +115,7 @@ impl Triangles {
         is_needle(b - a, c - a)
     }
 
-    /// Their memory, in bytes.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         let Triangles { corners, rows, placed: _, positions, normals, uv, has_normals: _, has_needles: _ } =
             self;
@@ -123,7 +124,7 @@ impl Triangles {
         indices + of(positions) + of(normals) + of(uv)
     }
 
-    /// A triangle's corners.
+    /// The positions of a triangle's corners.
     pub fn positions_of(&self, triangle: usize) -> [[f32; 3]; 3] {
         let [a, b, c] = &self.corners;
         let [x, y, z] = &self.positions;
@@ -131,10 +132,10 @@ impl Triangles {
         [position(a[triangle]), position(b[triangle]), position(c[triangle])]
     }
 
-    /// Whether triangles bulge: all others lie behind the plane of each, within the errors of points on it, so that
-    /// none hides another from a point in front of it. `turned` swaps front and back. For more than a thousand
-    /// triangles the result is false, as each is compared with every vertex.
-    pub fn bulge(&self, triangles: Range<usize>, turned: bool) -> bool {
+    /// Whether some triangles form a convex emitter: all other vertices lie behind the plane of each triangle, within
+    /// the error of points on it, so that none occludes another from a point in front of it. `turned` swaps front and
+    /// back. For more than 1024 triangles the result is false, as the test is quadratic.
+    pub fn is_convex(&self, triangles: Range<usize>, turned: bool) -> bool {
         const MOST: usize = 1024;
         if triangles.len() > MOST {
             return false;
@@ -150,12 +151,12 @@ impl Triangles {
         })
     }
 
-    /// A box around a triangle, as [`crate::shape::Shape::bounds`] has it.
+    /// The bounds of a triangle: see [`crate::shape::Shape::bounds`].
     pub fn bounds(&self, triangle: usize) -> Bounds {
         Bounds::of(self.positions_of(triangle)).grown(BOUNDS_ERROR)
     }
 
-    /// The vertices of the corners of triangles, one triangle a lane.
+    /// The corners' vertices of one triangle per lane.
     #[inline(always)]
     pub(super) fn vertices<F: Float>(&self, triangle: F::Uint) -> [F::Uint; 3] {
         let [a, b, c] = &self.corners;
@@ -168,13 +169,13 @@ impl Triangles {
         Vec3::gather(&self.positions, vertex)
     }
 
-    /// The corners of the triangles that are met.
+    /// The corners of the triangles that are hit.
     #[inline(always)]
     fn corners_of<F: Float>(&self, surface: F::Uint) -> Corners<F> {
         F::device(&CornersOf(self), surface)
     }
 
-    /// The rows of hits on meshes in the surface table. Lanes outside `on_mesh` are unspecified.
+    /// The rows in the surface table of hits on meshes. Lanes outside `on_mesh` are unspecified.
     #[inline(always)]
     pub(super) fn row<F: Float>(
         &self,
@@ -197,9 +198,9 @@ impl Triangles {
         }
     }
 
-    /// The hits of rays on triangles, as means of the corners, whose error is that of the corners' coordinates however
-    /// long the ray is. Lanes outside `on_mesh` are unspecified; `orientation` is 1, or −1 where outward is the other
-    /// side.
+    /// The hit points of rays on triangles, interpolated from the corners, so that the error is that of the corners'
+    /// coordinates at any distance. Lanes outside `on_mesh` are unspecified. `orientation` is 1, or −1 where the
+    /// outward side is flipped.
     #[inline(always)]
     pub(super) fn point<F: Float>(
         &self,
@@ -220,7 +221,7 @@ impl Triangles {
                 Vec3::gather(&self.normals, c),
             ];
         }
-        // What an instance's place adds to the error.
+        // The error that an instance's transform adds.
         let mut of_place = F::zero();
         if let Some(instances) = instances {
             (corners, normals, of_place) = F::branch(
@@ -249,7 +250,7 @@ impl Triangles {
         }
         let weights = hit.weights;
         let p = a + ab * weights[0] + ac * weights[1];
-        // One without area was met within rounding errors, and has no normal of its own.
+        // A degenerate triangle was hit within rounding errors, and has no normal.
         let n = F::branch(
             on_mesh & !sides.length.gt(F::zero()),
             sides.across * (orientation / sides.length),
@@ -262,10 +263,10 @@ impl Triangles {
             let [na, nb, nc] = normals;
             let mean = na + (nb - na) * weights[0] + (nc - na) * weights[1];
             let length = mean.length();
-            // Which side is outward the order of the corners says.
+            // The order of the corners determines the outward side.
             let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
-            // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
-            // is no smooth surface to speak of.
+            // Where the ray arrives on opposite sides of the triangle and of the shading surface, the shading normal is
+            // useless.
             let (geometric, seen) = (ray_d.dot(n), ray_d.dot(smooth));
             let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
             shading = Vec3::select(agrees, smooth, n);
@@ -273,7 +274,7 @@ impl Triangles {
         TrianglePoint { p, n, shading, error }
     }
 
-    /// uv of points on triangles, by the weights of the second and the third corner.
+    /// uv coordinates of points on triangles, from the weights of the second and the third corner.
     #[inline(always)]
     pub(super) fn uv<F: Float>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
         let vertices = self.corners_of::<F>(surface).vertices;
@@ -283,8 +284,8 @@ impl Triangles {
         ]
     }
 
-    /// The direction on triangles in which u grows and v does not change, of any length; zero where uv are the same in all
-    /// corners. `instance` is that of the hits. Lanes outside `on_mesh` are unspecified.
+    /// ∂p/∂u on triangles, of any length; zero where uv are equal at all corners. `instance` is that of the hits. Lanes
+    /// outside `on_mesh` are unspecified.
     #[inline(always)]
     pub(super) fn tangent<F: Float>(
         &self,
@@ -299,8 +300,8 @@ impl Triangles {
         along * F::splat(1.0).copysign(ub * vc - uc * vb)
     }
 
-    /// The area of uv for each area of triangles in the world; zero for those without area. Lanes outside `on_mesh` are
-    /// unspecified.
+    /// The ratio of an area in uv to that on triangles in the world; zero for degenerate triangles. Lanes outside
+    /// `on_mesh` are unspecified.
     #[inline(always)]
     pub(super) fn uv_per_area<F: Float>(
         &self,
@@ -315,7 +316,7 @@ impl Triangles {
         ((ub * vc - uc * vb).abs() / area).only(area.gt(F::zero()))
     }
 
-    /// The gradients of u and of v along triangles in the world. Lanes outside `on_mesh` are unspecified.
+    /// The gradients of u and of v on triangles in the world. Lanes outside `on_mesh` are unspecified.
     #[inline(always)]
     pub(super) fn uv_gradients<F: Float>(
         &self,
@@ -326,17 +327,17 @@ impl Triangles {
     ) -> [Vec3<F>; 2] {
         let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
             self.uv_sides::<F>(instances, surface, instance, on_mesh);
-        // Scaled first: the fourth power of a side may not fit.
+        // Scaled first, as the fourth power of a side may overflow or underflow.
         let inverse = F::splat(1.0) / ab.max_abs().max(ac.max_abs()).max(F::splat(f32::MIN_POSITIVE));
         let (ab, ac) = (ab * inverse, ac * inverse);
         let across = ab.cross(ac);
         let per_area = inverse / across.dot(across);
-        // Of a gradient g, g·ab and g·ac are the differences.
+        // For a gradient g, g·ab and g·ac are the differences along the sides.
         let (of_b, of_c) = (ac.cross(across) * per_area, across.cross(ab) * per_area);
         [of_b * ub + of_c * uc, of_b * vb + of_c * vc]
     }
 
-    /// Sides of triangles in the world and in uv. Lanes outside `on_mesh` are unspecified.
+    /// Sides of triangles in the world, with the differences of uv along them. Lanes outside `on_mesh` are unspecified.
     #[inline(always)]
     fn uv_sides<F: Float>(
         &self,
@@ -374,7 +375,7 @@ struct UvSides<F> {
     v: [F; 2],
 }
 
-/// Hits on instances.
+/// The lanes with hits on instances.
 #[inline(always)]
 pub(super) fn is_shared<F: Float>(instance: F::Uint) -> F::Mask {
     !instance.eq(F::Uint::splat(NO_INSTANCE))
@@ -386,13 +387,14 @@ pub struct Corners<F: Float> {
     a: Vec3<F>,
     b: Vec3<F>,
     c: Vec3<F>,
-    /// Their indices among the vertices.
+    /// The indices of the corners' vertices.
     vertices: [F::Uint; 3],
 }
 
 value!(Corners { a, b, c, vertices });
 
-/// [`Triangles::corners_of`]: devices keep the corners with the triangles, in the order of their trees.
+/// [`Triangles::corners_of`], as a device function: GPUs store the corners with the triangles, in the order of their
+/// trees.
 struct CornersOf<'a>(&'a Triangles);
 
 impl Device for CornersOf<'_> {
@@ -418,27 +420,27 @@ pub(super) struct TrianglePoint<F> {
     pub(super) p: Vec3<F>,
     /// Outward normal, of length one.
     pub(super) n: Vec3<F>,
-    /// The normal that light scatters around, of length one: the mean of the vertices' normals on the side of `n`, or
-    /// `n` where there is none, or where the ray sees the other side of the smooth surface.
+    /// The shading normal, of unit length: the interpolated normal on the side of `n`. It is `n` where there is none,
+    /// or where the ray arrives on the other side of the shading surface.
     pub(super) shading: Vec3<F>,
     /// See [`SurfacePoint::error`](super::SurfacePoint::error).
     pub(super) error: F,
 }
 
-/// The indices of triangles, from their numbers as surfaces.
+/// The indices of triangles, from their surface numbers.
 #[inline(always)]
 pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
     surface & F::Uint::splat(FIRST_TRIANGLE - 1)
 }
 
-/// The weighted mean of a column's values at three vertices; `without` stands for values that are NaN.
+/// The weighted mean of a column's values at three vertices; `without` replaces NaN.
 #[inline(always)]
 fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
     let [a, b, c] = values_of::<F>(column, vertices, without);
     a + (b - a) * weights[0] + (c - a) * weights[1]
 }
 
-/// A column's values at three vertices; `without` stands for values that are NaN.
+/// A column's values at three vertices; `without` replaces NaN.
 #[inline(always)]
 fn values_of<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3]) -> [F; 3] {
     let mut values = [F::zero(); 3];

@@ -1,21 +1,20 @@
-//! Whether two pictures show the same: a test on the means of blocks.
+//! Comparison of two images by the means of blocks.
 //!
-//! Single pixels are too noisy and whole pictures hide what cancels, so pictures are compared block by
-//! block and channel by channel. Where both pictures are estimates of the same radiance, the difference of
-//! two block means over its standard deviation is a standard normal variable z: a block holds thousands of
-//! samples of bounded radiance. The verdict falls by the largest |z|, against the bound that all of them
-//! together exceed with the probability [`ERROR_LEVEL`] (Šidák 1967; the channels of a block are dependent,
-//! which makes the true level smaller).
+//! Single pixels are too noisy and entire images hide errors that cancel, so images are compared block by block and
+//! channel by channel. If both images are estimates of the same radiance, the difference of two block means over its
+//! standard deviation is a standard normal variable z, as a block holds thousands of samples of bounded radiance. The
+//! test uses the largest |z| and the bound that all of them exceed with the probability [`ERROR_LEVEL`] (Šidák 1967;
+//! the channels of a block are dependent, which makes the true level smaller).
 
 use std::fmt;
 
 /// The side of a block in pixels.
 pub const SIDE: u32 = 8;
 
-/// The probability that two pictures of the same are told apart.
+/// The probability that two estimates of the same image are rejected.
 pub const ERROR_LEVEL: f64 = 1e-4;
 
-/// What is known of a pixel: the sums of its samples, and of their squares.
+/// The sums of a pixel's samples, and of their squares.
 #[derive(Clone, Copy, Default)]
 struct Moments {
     count: u64,
@@ -23,8 +22,8 @@ struct Moments {
     squares: [f64; 3],
 }
 
-/// A picture that knows its own noise. Samples must be independent of each other; those of a stratifying
-/// sampler are not, but pictures with different seeds are: add such pictures as samples.
+/// An image with a noise estimate. Samples must be independent; those of a stratified sampler are not, but images with
+/// different seeds are: add such images as samples.
 pub struct Estimate {
     width: u32,
     height: u32,
@@ -45,7 +44,7 @@ impl Estimate {
         }
     }
 
-    /// The mean of the whole picture.
+    /// The mean of the whole image.
     pub fn mean(&self) -> [f64; 3] {
         self.blocks_of(self.width.max(self.height)).mean[0]
     }
@@ -58,7 +57,7 @@ impl Estimate {
     fn blocks_of(&self, side: u32) -> Blocks {
         let mut blocks = Blocks::empty(self.width, self.height, side);
         for (index, m) in self.pixels.iter().enumerate() {
-            assert!(m.count >= 2, "pixel {index} has {} samples: too few to know its noise", m.count);
+            assert!(m.count >= 2, "pixel {index} has {} samples: too few to estimate its noise", m.count);
             let n = m.count as f64;
             blocks.add(index, [0, 1, 2].map(|c| m.sum[c] / n), |c| {
                 (m.squares[c] - m.sum[c] * m.sum[c] / n).max(0.0) / ((n - 1.0) * n)
@@ -68,7 +67,7 @@ impl Estimate {
     }
 }
 
-/// A picture of which only the values are known, and how many samples a pixel it was made of.
+/// An image of which only the values and the number of samples per pixel are known.
 pub struct Reference {
     pub width: u32,
     pub height: u32,
@@ -77,9 +76,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Its blocks, with the noise of as many independent samples as those of `like`: an upper bound where
-    /// the reference was made by a better method. Neighbours that share samples through a filter whose
-    /// weights sum to one leave a block's noise what it is, or less.
+    /// Its blocks, with the noise of as many independent samples as those of `like`: an upper bound if the reference
+    /// was made by a better method. A filter whose weights sum to one shares samples between neighbours, which does not
+    /// increase the noise of a block.
     pub fn blocks(&self, like: &Estimate) -> Blocks {
         let mut blocks = Blocks::empty(self.width, self.height, SIDE);
         for (index, (rgb, m)) in self.rgb.iter().zip(&like.pixels).enumerate() {
@@ -91,7 +90,7 @@ impl Reference {
         blocks.finish()
     }
 
-    /// The mean of the whole picture.
+    /// The mean of the whole image.
     pub fn mean(&self) -> [f64; 3] {
         [0, 1, 2].map(|c| self.rgb.iter().map(|p| p[c]).sum::<f64>() / self.rgb.len() as f64)
     }
@@ -137,23 +136,23 @@ impl Blocks {
     }
 }
 
-/// What comes of a comparison.
+/// The result of a comparison.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The largest |z|.
     pub worst: f64,
     /// Its block, as column and row, and its channel.
     pub at: (u32, u32, usize),
-    /// The largest |z| that pictures of the same may have.
+    /// The bound for the largest |z| of equal images.
     pub bound: f64,
-    /// How many z there are.
+    /// The number of z.
     pub tests: usize,
-    /// The root mean square of all z: one for pictures of the same.
+    /// The root mean square of all z: one for equal images.
     pub rms: f64,
 }
 
 impl Verdict {
-    /// Whether the pictures may show the same.
+    /// Whether the images may be equal.
     pub fn agrees(&self) -> bool {
         self.worst <= self.bound
     }
@@ -170,7 +169,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Compares two pictures, whose noise must be independent.
+/// Compares two images with independent noise.
 pub fn compare(a: &Blocks, b: &Blocks) -> Verdict {
     assert_eq!((a.columns, a.mean.len()), (b.columns, b.mean.len()), "pictures of different sizes");
     let (mut worst, mut at, mut squares) = (0.0, (0, 0, 0), 0.0);
@@ -179,10 +178,10 @@ pub fn compare(a: &Blocks, b: &Blocks) -> Verdict {
         for c in 0..3 {
             let difference = a.mean[block][c] - b.mean[block][c];
             let variance = a.variance[block][c] + b.variance[block][c];
-            // Of radiance without noise only rounding may differ.
+            // Radiance without noise may differ only by rounding.
             let z = difference.abs() / variance.sqrt().max(1e-6 * a.mean[block][c].abs()).max(1e-30);
             squares += z * z;
-            // NaN is as far off as can be.
+            // NaN counts as an infinite difference.
             if z > worst || z.is_nan() {
                 worst = if z.is_nan() { f64::INFINITY } else { z };
                 at = (block as u32 % a.columns, block as u32 / a.columns, c);

@@ -1,17 +1,17 @@
-//! Whether directions follow the density that they are said to have: Pearson's χ² test.
+//! Pearson's χ² test of directions against their density.
 //!
-//! 10⁶ directions are counted in 80 × 160 bins of (cos θ, φ), all of equal solid angle. The bins cover the
-//! box that the directions fill, so that a light as small as a star is resolved as finely as the sky. Each
-//! test is made twice: a narrow fault shows up in the fine bins, a density that tilts slowly in 8 × 16 bins,
-//! which it moves by many times their noise.
+//! 10⁶ directions are counted in 80 × 160 bins of (cos θ, φ), all of equal solid angle. The bins cover the bounding box
+//! of the directions, so that a light as small as a star is resolved as finely as the sky. Each test is made twice. A
+//! narrow error is significant in the fine bins. A smooth deviation is significant in 8 × 16 bins, which it changes by
+//! many times their noise.
 //!
-//! Expected counts integrate the density over each bin by 16 × 16 stratified points. With a density that is
-//! smooth in the bin, their error is that of a rule of second order with steps of a 16th of the bin; where
-//! an outline crosses the bin, only the strata on it, about 16 of 256, are in doubt, each by half at most
-//! and at random: about 1% of a count of 78, a tenth of its own noise.
+//! Expected counts integrate the density over each bin by 16 × 16 stratified points. For a density that is smooth in
+//! the bin, their error is that of a rule of second order with steps of a 16th of the bin. If an outline crosses the
+//! bin, only the strata on it, about 16 of 256, are uncertain, each by half at most and at random. This is about 1% of
+//! a count of 78, a tenth of its own noise.
 //!
-//! χ² compares shapes: of a density too high everywhere by 2% the fine bins see little. But every
-//! direction that is drawn is somewhere, so the density must hold exactly one, which is checked by itself.
+//! χ² compares shapes: the fine bins hardly detect a density that is too high everywhere by 2%. But every sampled
+//! direction is somewhere, so that the density must integrate to exactly one, which is checked separately.
 
 use super::statistics::{chi_square_tail, sidak};
 use glam::DVec3;
@@ -22,16 +22,16 @@ use stride::sampling::{Independent, PathId};
 
 const ROWS: usize = 80;
 const COLUMNS: usize = 160;
-/// How many fine bins make a coarse one, each way.
+/// The number of fine bins per coarse one, along each axis.
 const COARSE: usize = 10;
 const DRAWS: u32 = 1_000_000;
-/// Strata of the integration over a bin, each way.
+/// The number of strata of the integration over a bin, along each axis.
 const STRATA: u32 = 16;
-/// Below this many, counts are not normal enough for χ².
+/// Smaller counts are not normal enough for χ².
 const LEAST_EXPECTED: f64 = 5.0;
-/// The probability that any of the tests of a kind rejects a true density.
+/// The probability that any of the tests of a kind rejects a correct density.
 const LEVEL: f64 = 0.01;
-/// How far the integral of a density may be from one: ten times the error of the integration.
+/// The tolerance for the integral of a density: ten times the error of the integration.
 const MASS_TOLERANCE: f64 = 1e-3;
 
 /// Four independent numbers in [0, 1).
@@ -48,7 +48,7 @@ pub fn narrow(v: DVec3) -> Vec3<f32> {
     Vec3::splat(v.to_array().map(|x| x as f32))
 }
 
-/// The coordinates that bins are laid out in: 1 − cos θ, which keeps its digits in a narrow cone, and φ.
+/// The coordinates of the bins: 1 − cos θ, which keeps its digits in a narrow cone, and φ.
 #[derive(Clone, Copy)]
 pub struct Polar {
     s: DVec3,
@@ -57,7 +57,7 @@ pub struct Polar {
 }
 
 impl Polar {
-    /// Around an axis; φ is half a turn towards `middle`, so that what lies that way is in one piece.
+    /// Around an axis; φ is half a turn towards `middle`, so that directions around it are not divided.
     pub fn new(axis: DVec3, middle: DVec3) -> Polar {
         let axis = axis.normalize();
         let across = middle.reject_from_normalized(axis);
@@ -82,18 +82,18 @@ impl Polar {
 pub struct Pearson {
     pub chi2: f64,
     pub degrees: usize,
-    /// The probability of as much or more under the density.
+    /// The probability of the same value or a larger one under the density.
     pub p: f64,
 }
 
-/// What comes of a comparison of directions with a density.
+/// The result of a comparison of directions with a density.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
     pub fine: Pearson,
     pub coarse: Pearson,
-    /// The integral of the density over the box that the directions fill, and the share of draws that gave none.
+    /// The integral of the density over the box of the directions, and the fraction of draws without a direction.
     pub mass: f64,
-    /// The noise of that share, as a standard deviation.
+    /// The standard deviation of that fraction.
     pub noise: f64,
 }
 
@@ -117,7 +117,7 @@ pub fn compare(
     compare_some(polar, seed, |u| Some(sample(u)), pdf)
 }
 
-/// The same of directions that are not always there.
+/// The same for directions that may be absent.
 pub fn compare_some(
     polar: Polar,
     seed: u32,
@@ -135,7 +135,7 @@ pub fn compare_some(
     let extent = |axis: usize, most: f64| {
         let range =
             places.iter().fold([f64::INFINITY, 0.0], |[lo, hi], p| [p[axis].min(lo), p[axis].max(hi)]);
-        // A little room, for what lies between the outermost directions and the outline.
+        // A small margin for points between the outermost directions and the outline.
         let room = 1e-3 * (range[1] - range[0]);
         [(range[0] - room).max(0.0), (range[1] + room).min(most)]
     };
@@ -170,7 +170,7 @@ pub fn compare_some(
     Outcome { fine, coarse, mass, noise }
 }
 
-/// The same counts in bins ten times as large each way.
+/// The same counts in bins ten times as large along each axis.
 fn coarse(bins: &[f64]) -> Vec<f64> {
     let columns = COLUMNS / COARSE;
     let mut sums = vec![0.0; ROWS / COARSE * columns];
@@ -180,7 +180,7 @@ fn coarse(bins: &[f64]) -> Vec<f64> {
     sums
 }
 
-/// Pearson's statistic. Bins of which too little is expected make one bin together.
+/// Pearson's statistic. Bins with too small an expectation are merged into one.
 pub fn pearson(seen: &[f64], expected: &[f64]) -> Pearson {
     let (mut cells, mut rest) = (Vec::new(), [0.0; 2]);
     for (&seen, &expected) in seen.iter().zip(expected) {
@@ -190,7 +190,8 @@ pub fn pearson(seen: &[f64], expected: &[f64]) -> Pearson {
             rest = [rest[0] + seen, rest[1] + expected];
         }
     }
-    // Too little still: it joins the bin of which least is expected, where it weighs most.
+    // If its count is still too small, it is merged with the bin of the smallest expected count, where it has the
+    // largest weight.
     let least = (0..cells.len()).min_by(|&a, &b| cells[a][1].total_cmp(&cells[b][1]));
     match least {
         Some(least) if rest[1] < LEAST_EXPECTED => {

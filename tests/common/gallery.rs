@@ -1,10 +1,8 @@
 // Textures of every kind and pictures of every depth, on materials of every kind; dielectrics that absorb and overlap;
-// shapes in groups; and materials with modifiers.
-// This file is included where there are
-// `ColorSpace`, `Depth`, `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`,
-// and `Arc`.
+// shapes in groups; and materials with modifiers. This file is included in modules with `ColorSpace`, `Depth`,
+// `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`, and `Arc`.
 
-/// A picture whose numbers look random and are the same in every run.
+/// A picture of pseudorandom numbers, the same in every run.
 pub(super) fn speckled(size: [u32; 2], channels: u32, depth: Depth, seed: u32) -> Arc<Picture> {
     let numbers = size[0] * size[1] * channels;
     let random = |i: u32| {
@@ -39,7 +37,7 @@ pub(super) fn image(file: usize) -> ImageTexture {
     }
 }
 
-/// Surroundings with a sun, upwards and to one side.
+/// An environment picture with a sun, upwards and to one side.
 pub(super) fn sunny_sky() -> ImageFile {
     let texel = |x: u32, y: u32| {
         let sun = if x == 5 && (3..5).contains(&y) { 60.0 } else { 0.0 };
@@ -51,7 +49,7 @@ pub(super) fn sunny_sky() -> ImageFile {
     ImageFile::of("sky".into(), Arc::new(Picture::new([20, 12], [3; 2], Depth::Float, &bytes)))
 }
 
-/// The same, turned, tilted and tinted.
+/// The same, rotated, tilted and tinted.
 pub(super) fn sunny() -> EnvironmentPicture {
     let up = glam::DVec3::new(0.2, -0.3, 0.9).normalize();
     EnvironmentPicture { scale: [1.0, 0.9, 0.8], rotate: 2.0, up, ..EnvironmentPicture::of(ImageIndex(0)) }
@@ -77,7 +75,7 @@ pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
         ImageTexture { color_space: ColorSpace::Data, wrap: [Wrap::Clamp, Wrap::Repeat], ..image(4) }.into(),
         ImageTexture { color_space: ColorSpace::Linear, uv_scale: [3.0, 2.0], ..image(3) }.into(),
         NoiseTexture { a: Varying::Colour([0.1, 0.2, 0.5]), b: of(0), scale: 2.0, octaves: 3.0, roughness: 0.6 }.into(),
-        // A mix behind a check within which there are others: uv are saved and restored.
+        // A mix after a check that contains others: uv are saved and restored.
         CheckerboardTexture { even: of(1), odd: Varying::Colour([0.7, 0.3, 0.2]), checks_per_unit: [3.0, 2.0] }.into(),
         CheckerboardTexture { even: of(6), odd: of(0), checks_per_unit: [1.5, 1.0] }.into(),
         MixTexture { a: of(7), b: of(5), amount: of(3) }.into(),
@@ -146,7 +144,7 @@ pub(super) fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f
     Material { name: "a dielectric".into(), kind: parameters.into(), ..Material::default() }
 }
 
-/// Grey, a green glass, water, clear ice, which is smooth glass, frosted glass, and black.
+/// Grey, a green glass, water, clear ice (smooth glass), frosted glass, and black.
 pub(super) fn interior_materials() -> Vec<Material> {
     let plain = |kind: MaterialKind| Material { name: "a material".into(), kind, ..Material::default() };
     vec![
@@ -159,7 +157,7 @@ pub(super) fn interior_materials() -> Vec<Material> {
     ]
 }
 
-/// Every bounded shape around the origin, about one large, of materials that follow each other.
+/// Every bounded shape around the origin, with a size of about one, of consecutive materials.
 pub(super) fn bounded_shapes(first_material: usize) -> Vec<Entity> {
     let v = DVec3::new;
     let [a, b, c, d] = [[0.0, -1.6, -0.4], [0.5, -1.3, -0.4], [-0.4, -1.2, -0.3], [0.1, -1.4, 0.5]];
@@ -181,8 +179,9 @@ pub(super) fn bounded_shapes(first_material: usize) -> Vec<Entity> {
     shapes.into_iter().enumerate().map(entity).collect()
 }
 
-/// Adds to a scene of at least six materials a group of every bounded shape, and one that holds it twice; and places of
-/// both, squeezed, turned and mirrored. A quad of them is a lamp wherever it stands, and a sphere emits that is none.
+/// Adds a group of every bounded shape, a group that contains it twice, and instances of both with uneven scales,
+/// rotations and mirroring, to a scene of at least six materials. A quad of them is a sampled light in every instance,
+/// and a sphere emits that is not sampled.
 pub(super) fn add_groups(scene: &mut Scene) {
     let (things, pair) = (scene.add_group("things"), scene.add_group("pair"));
     let lamp = QuadParameters {
@@ -210,7 +209,7 @@ pub(super) fn add_groups(scene: &mut Scene) {
     scene.add_instance("two, mirrored", pair, place([-0.5, 0.5, 0.6], -0.7, [3.6, 0.4, 1.2]));
 }
 
-/// Adds to a scene of these materials a group of shapes with maps and holes, at a place that squeezes and mirrors it.
+/// Adds a group of shapes with maps and holes, with an uneven scale and mirroring, to a scene of these materials.
 pub(super) fn add_mapped_group(scene: &mut Scene) {
     let group = scene.add_group("mapped");
     let v = DVec3::new;
@@ -228,7 +227,7 @@ pub(super) fn add_mapped_group(scene: &mut Scene) {
     scene.add_instance("mapped", group, place);
 }
 
-/// [`textured_materials`], and behind them mixes, holes, other materials behind, and maps of normals and heights.
+/// [`textured_materials`], followed by mixes, holes, back sides, and normal and height maps.
 pub(super) fn modified_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFile>) {
     let (mut materials, mut textures, images) = textured_materials();
     let (normals, heights) = (textures.len(), textures.len() + 1);
@@ -252,15 +251,15 @@ pub(super) fn modified_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
     let first = materials.len();
     let maps = Modifiers { normal_map: Some(Named), normal_scale: 0.4, bump_map: Some(Named), bump_scale: 0.05, ..none };
     materials.extend([
-        // 10: by a texture; 11: holes by a texture; 12: another one behind, and few holes.
+        // 10: by a texture; 11: opacity by a texture; 12: a back side, and a high opacity.
         with(MixParameters { a: 5, b: 2, amount: 0.5 }.into(), none, &[("amount", 8)]),
         with(matte.clone(), none, &[("opacity", 3)]),
         with(matte.clone(), Modifiers { opacity: 0.7, back: Some(first), ..none }, &[]),
-        // 13: normals on heights; 14: heights alone; 15: glass with normals.
+        // 13: a normal map on a bump map; 14: only a bump map; 15: glass with a normal map.
         with(metal, maps, &[("normal_map", normals), ("bump_map", heights)]),
         with(matte, Modifiers { bump_map: Some(Named), bump_scale: -0.1, ..none }, &[("bump_map", 5), ("reflectance", 0)]),
         with(glass, Modifiers { normal_map: Some(Named), normal_scale: 0.2, ..none }, &[("normal_map", normals)]),
-        // 16: all that on checks; 17: in a mix of mixes.
+        // 16: all modifiers on checks; 17: in a mix of mixes.
         with(
             CheckerboardParameters { even: first + 1, odd: first + 4, checks_per_unit: [2.0, 1.5] }.into(),
             Modifiers { opacity: 0.8, ..maps },

@@ -1,4 +1,4 @@
-//! Scenes by hand, and pictures of them without processes.
+//! Scenes in code, and their images without processes.
 #![allow(dead_code, unreachable_pub, reason = "a kit of which each test program uses its own part")]
 
 pub mod blocks;
@@ -16,31 +16,35 @@ use stride::integrator::{self, Finished, Integrator, Paths};
 use stride::math::lanes::Level;
 use stride::sampling::Region;
 use stride::scene::Scene;
-use stride::world::{self, Finder, World};
+use stride::world::{self, AcceleratorChoice, World};
 
-/// The most paths that are traced at a time.
+/// The maximum number of paths traced at a time.
 const BLOCK: u32 = 4096;
 
-/// What follows light in a scene, as the scene asks for it.
+/// The integrator of a scene.
 pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
-    integrator_in(scene, Finder::Fastest)
+    integrator_in(scene, AcceleratorChoice::Fastest)
 }
 
-/// What follows light in a scene, with the world that is asked for.
-pub fn integrator_in(scene: &Scene, finder: Finder) -> Box<dyn Integrator> {
+/// The integrator of a scene, with a given accelerator.
+pub fn integrator_in(scene: &Scene, accelerator: AcceleratorChoice) -> Box<dyn Integrator> {
     let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height).unwrap();
-    let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
+    let (world, offset) = (World::new(&surfaces, accelerator), film_offset(&scene.film));
     integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
 }
 
-/// Gives every sample of a scene's picture to `take`, with its pixel's index.
+/// Passes every sample of a scene's image to `take`, with its pixel's index.
 pub fn for_each_sample(scene: &Scene, take: impl FnMut(usize, [f32; 3])) {
-    for_each_sample_in(scene, Finder::Fastest, take);
+    for_each_sample_in(scene, AcceleratorChoice::Fastest, take);
 }
 
-/// The same, with the world that is asked for.
-pub fn for_each_sample_in(scene: &Scene, finder: Finder, mut take: impl FnMut(usize, [f32; 3])) {
-    let integrator = integrator_in(scene, finder);
+/// The same, with a given accelerator.
+pub fn for_each_sample_in(
+    scene: &Scene,
+    accelerator: AcceleratorChoice,
+    mut take: impl FnMut(usize, [f32; 3]),
+) {
+    let integrator = integrator_in(scene, accelerator);
     let region = Region::whole(scene.film.width, scene.film.height);
     let level = Level::from_environment().expect("a level that this processor has");
     let (mut pixels, mut finished): (Vec<_>, Vec<Finished>) = (Vec::new(), Vec::new());
@@ -60,7 +64,7 @@ pub fn for_each_sample_in(scene: &Scene, finder: Finder, mut take: impl FnMut(us
     }
 }
 
-/// A picture that knows its own noise.
+/// An image with a noise estimate.
 pub fn estimate(scene: &Scene) -> Estimate {
     let mut estimate = Estimate::new(scene.film.width, scene.film.height);
     for_each_sample(scene, |pixel, radiance| estimate.add(pixel, radiance));

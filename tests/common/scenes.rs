@@ -1,4 +1,4 @@
-//! Scenes, and the pieces that they are made of.
+//! Scenes, and their parts.
 
 use glam::{DAffine3, DVec3};
 use rand::RngExt;
@@ -26,7 +26,7 @@ pub fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
 }
 
-/// Of length one, every one as likely.
+/// A unit vector, uniformly distributed.
 pub fn direction(stream: &mut Stream) -> DVec3 {
     let z = stream.random_range(-1.0..1.0_f64);
     let phi = stream.random_range(0.0..std::f64::consts::TAU);
@@ -64,7 +64,7 @@ pub fn checkerboard(even: usize, odd: usize, checks: f64) -> Material {
     Material { name: "checkerboard".into(), kind, ..Material::default() }
 }
 
-/// A dark entity of the given material.
+/// An entity without emission of the given material.
 pub fn entity(shape: Shape, material: usize) -> Entity {
     Entity { shape, material, ..Entity::default() }
 }
@@ -98,7 +98,7 @@ pub fn emitting(entity: Entity, radiance: f64) -> Entity {
     Entity { emission: [radiance; 3], ..entity }
 }
 
-/// The entity, turned inside out.
+/// The entity with a flipped normal.
 pub fn flipped(entity: Entity) -> Entity {
     Entity { flip_normal: true, ..entity }
 }
@@ -108,9 +108,8 @@ pub fn point_light(position: DVec3, intensity: f64) -> Light {
     Light::Point(PointLightParameters { position, intensity: Some([intensity; 3]), power: None })
 }
 
-/// A camera at the origin that looks along x with z up, 90° high, on a film of 16 × 16 pixels that are
-/// sampled in their centres, over these things. Its samples are independent, so that a picture can know its own
-/// noise.
+/// A camera at the origin that looks along x with z up, with a vertical field of view of 90°, on a film of 16 × 16
+/// pixels sampled at their centres, over these entities. Its samples are independent, so that noise can be estimated.
 pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
         film: FilmSettings { width: 16, height: 16, filter: Filter::None, ..FilmSettings::default() },
@@ -132,11 +131,11 @@ pub fn sized(mut scene: Scene, width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Places of the cover's entities in its list.
+/// Indices of the cover's entities.
 pub const COVER_COLOURED_SPHERE: usize = 5;
 pub const COVER_WHITE_SPHERE: usize = 6;
 pub const COVER_LIGHT: usize = 7;
-/// Place of the white sphere's material.
+/// Index of the white sphere's material.
 pub const COVER_WHITE_MIRROR: usize = 6;
 
 /// The report's cover: a room with two mirror spheres and a light.
@@ -165,13 +164,13 @@ pub fn cover(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// The bounds of the smallpt box, in which every path stays.
+/// The bounds of the smallpt box, which no path leaves.
 pub const SMALLPT_BOX: [[f64; 2]; 3] = [[1.0, 99.0], [0.0, 81.6], [0.0, 170.0]];
 
-/// Three hundred small lamps over a floor with boxes made of quads.
+/// Three hundred small lights above a floor with boxes made of quads.
 pub fn bazaar(width: u32, height: u32) -> Scene {
     let mut entities = vec![plane(DVec3::Z, -2.0, 0)];
-    // Anywhere, as the golden ratio and its kin spread points (Roberts 2018).
+    // Quasi-random positions by a generalised golden ratio (Roberts 2018).
     let spread = |i: u32, step: f64| (0.5 + f64::from(i) * step).fract();
     for i in 0..8 {
         let (x, y) = (4.0 + 8.0 * spread(i, 0.7548776662), -5.0 + 10.0 * spread(i, 0.5698402910));
@@ -198,8 +197,8 @@ pub fn bazaar(width: u32, height: u32) -> Scene {
     sized(scene, width, height)
 }
 
-/// The box of Kevin Beason's smallpt, its walls the insides of spheres of radius 10⁵, which bend by 0.05
-/// from one end of the box to the other.
+/// The box of Kevin Beason's smallpt. Its walls are the insides of spheres of radius 10⁵, which deviate by 0.05 from
+/// planes over the box.
 pub fn smallpt(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.75, 0.25, 0.25]),
@@ -230,7 +229,7 @@ pub fn smallpt(width: u32, height: u32) -> Scene {
         emitting(sphere(v(50.0, 681.6 - 0.27, 81.6), 600.0, 3), 12.0),
     ];
     let mut scene = sized(scene(materials, entities), width, height);
-    // smallpt's camera stands 140 in front of its eye, inside the box.
+    // smallpt's camera rays start 140 in front of its eye, inside the box.
     let forward = v(0.0, -0.042_612, -1.0).normalize();
     scene.camera.eye = v(50.0, 52.0, 295.6) + forward * 140.0;
     scene.camera.forward = forward;
@@ -240,13 +239,13 @@ pub fn smallpt(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// The entity of a mesh, where it lies.
+/// The entity of a mesh, without a transform.
 pub fn mesh(mesh: Mesh, material: usize) -> Entity {
     entity(Shape::Mesh { mesh: Arc::new(mesh), transform: DAffine3::IDENTITY }, material)
 }
 
-/// A sphere of triangles: an icosahedron whose sides are cut into `n` × `n`, with the sphere's normals if they
-/// are to be smooth.
+/// A sphere of triangles: an icosahedron whose sides are divided into `n` × `n`, with the sphere's normals if it is
+/// smooth.
 pub fn icosphere(centre: DVec3, radius: f64, n: u32, smooth: bool) -> Mesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners = Vec::new();
@@ -320,7 +319,7 @@ pub fn gallery(width: u32, height: u32) -> Scene {
     sized(all, width, height)
 }
 
-/// Rough metal, glass and matte balls on a floor, under a picture with a sun, beside a lamp.
+/// Rough metal, glass and matte spheres on a floor, under a picture with a sun, beside a lamp.
 pub fn sunny(width: u32, height: u32) -> Scene {
     let metal = ConductorParameters {
         metal: None,
@@ -342,7 +341,7 @@ pub fn sunny(width: u32, height: u32) -> Scene {
     sized(all, width, height)
 }
 
-/// Dielectrics that absorb and overlap, with a lamp and a grey ball inside.
+/// Dielectrics with absorption that overlap, with a lamp and a grey sphere inside.
 pub fn interiors(width: u32, height: u32) -> Scene {
     let lamp = quad(v(3.0, -1.0, 3.0), v(0.0, 2.0, 0.0), v(2.0, 0.0, 0.0), 5);
     let entities = vec![
@@ -354,7 +353,7 @@ pub fn interiors(width: u32, height: u32) -> Scene {
         sphere(v(4.0, 0.8, -0.5), 0.5, 1),
         sphere(v(4.2, -0.8, -0.6), 0.5, 4),
         sphere(v(4.0, 0.0, -1.0), 0.3, 0),
-        // Afloat: the part under water is hidden.
+        // Floating: the part under water is hidden.
         sphere(v(4.2, 0.1, 0.2), 0.35, 3),
         emitting(sphere(v(4.6, 0.3, -0.5), 0.2, 5), 8.0),
         emitting(lamp, 5.0),
@@ -371,7 +370,7 @@ pub fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f64; 3])
     textured::dielectric(ior, roughness, priority, absorption)
 }
 
-/// Every bounded shape around the origin, each of its own material.
+/// Every bounded shape around the origin, with a material each.
 pub fn shapes_of_all_kinds() -> Vec<Entity> {
     textured::bounded_shapes(0)
 }
@@ -381,7 +380,7 @@ pub fn add_groups_to(scene: &mut Scene) {
     textured::add_groups(scene);
 }
 
-/// Materials that are mixed, have holes, other materials behind, and maps, on shapes of every kind.
+/// Materials with mixes, holes, back sides and maps, on shapes of every kind.
 pub fn modified(width: u32, height: u32) -> Scene {
     let (materials, textures, images) = textured::modified_materials();
     let entities = vec![
@@ -391,7 +390,7 @@ pub fn modified(width: u32, height: u32) -> Scene {
         sphere(v(4.0, 0.0, -0.7), 0.7, 15),
         sphere(v(5.0, -1.8, -0.6), 0.9, 17),
         flipped(sphere(v(3.6, 1.1, -1.1), 0.4, 12)),
-        // A curtain before all of it, and another one behind that.
+        // A partly transparent surface in front of all of it, and another one behind that.
         quad(v(2.0, 1.0, -1.4), v(0.2, -2.5, 0.0), v(0.0, 0.0, 1.2), 11),
         quad(v(2.4, 0.6, -1.4), v(0.0, -2.5, 0.3), v(0.0, 0.2, 1.4), 12),
         disk(v(5.5, 0.0, 1.2), v(-1.0, 0.0, 0.0), 0.6, 14),

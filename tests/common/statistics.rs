@@ -1,7 +1,7 @@
-//! The distributions that verdicts are read off, and the correction for many verdicts at once.
+//! The distributions of test statistics, and the correction for multiple tests.
 
-/// The level at which each of `tests` independent tests is held, so that one or more of them reject what is
-/// true with the probability `level` (Šidák 1967).
+/// The level of each of `tests` independent tests such that at least one of them rejects a true hypothesis with the
+/// probability `level` (Šidák 1967).
 pub fn sidak(level: f64, tests: usize) -> f64 {
     -libm::expm1(libm::log1p(-level) / tests as f64)
 }
@@ -22,8 +22,8 @@ pub fn student(t: f64, degrees: f64) -> f64 {
     if t < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// The probability that `p`, were they independent and uniform on [0, 1], lay as far from uniformity: the
-/// Kolmogorov–Smirnov test, with Stephens' (1970) correction for few of them.
+/// The probability that `p`, if independent and uniform on [0, 1], deviated at least as much from uniformity: the
+/// Kolmogorov–Smirnov test, with Stephens' (1970) correction for small numbers.
 pub fn uniformity(p: &[f64]) -> f64 {
     let mut sorted = p.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -119,7 +119,7 @@ fn nonzero(x: f64) -> f64 {
     if x.abs() < 1e-300 { 1e-300 } else { x }
 }
 
-/// The kit against printed tables. Called by the program that judges by all of it.
+/// Checks these functions against printed tables. Called by the program whose tests use all of them.
 pub fn check_against_tables() {
     let close = |got: f64, expected: f64| {
         assert!((got / expected - 1.0).abs() < 2e-3, "{got} is not {expected}");
@@ -128,7 +128,7 @@ pub fn check_against_tables() {
     for (degrees, chi2) in [(1, 3.841_459), (10, 18.307_04), (100, 124.342_1), (1000, 1_074.679_4)] {
         close(chi_square_tail(chi2, degrees), 0.05);
     }
-    // Its lower 5% point, where the series is used.
+    // The lower 5% point, for which the series is used.
     close(1.0 - chi_square_tail(77.929_5, 100), 0.05);
     // Upper 2.5% points of Student's t.
     for (degrees, t) in [(1.0, 12.706_2), (10.0, 2.228_139), (30.0, 2.042_272)] {

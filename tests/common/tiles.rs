@@ -1,13 +1,13 @@
-//! Whether two estimators have the same mean everywhere on the film: Welch's t-test, tile by tile.
+//! Welch's t-test of whether two estimators have the same mean everywhere on the film, tile by tile.
 //!
-//! A picture is made at least 16 times on each side, each time with another seed, and averaged over tiles
-//! of 8 × 8 pixels. The spread of a tile over the replicates is its noise, whatever the sampler: inside a
-//! pixel the samples of a low-discrepancy sampler are no measure of its error. A tile holds thousands of
-//! paths, so its mean is close to normal, and Welch's t (1947) has Student's distribution.
+//! An image is rendered at least 16 times on each side, each time with another seed, and averaged over tiles of 8 × 8
+//! pixels. The spread of a tile over the replicates is its noise for any sampler: within a pixel, the samples of a
+//! low-discrepancy sampler are no measure of its error. A tile holds thousands of paths, so its mean is close to
+//! normal, and Welch's t (1947) has Student's distribution.
 //!
-//! Two verdicts, both at [`LEVEL`] together with all others of the same test: no tile differs by more than
-//! chance allows, and the p-values of all tiles are uniform (Kolmogorov–Smirnov). The p-values are
-//! one-sided, so that a small error of one sign everywhere, which no tile shows, gathers on one side.
+//! There are two criteria, both at [`LEVEL`] together with all others of the same test: no tile differs significantly,
+//! and the p-values of all tiles are uniform (Kolmogorov–Smirnov). The p-values are one-sided, so that a small error of
+//! one sign in all tiles is detected.
 
 use super::statistics::{sidak, student, uniformity};
 use std::fmt;
@@ -18,13 +18,12 @@ pub const LEVEL: f64 = 0.01;
 const SIDE: u32 = 8;
 const LEAST_REPLICATES: usize = 16;
 
-/// The means of tiles in each replicate, channels added up: they share their paths and are no separate
-/// evidence.
+/// The means of tiles in each replicate, summed over channels: these share their paths and are not independent.
 pub struct Replicates(Vec<Vec<f64>>);
 
 impl Replicates {
-    /// Replicates of a picture of `width` × `height` pixels. `make` makes one, given its number: it tells the
-    /// sum of the `samples` of each pixel, in parts and in any order.
+    /// Replicates of an image of `width` × `height` pixels. `make` makes the replicate with a given number: it returns
+    /// the sum of the `samples` of each pixel, in parts and in any order.
     pub fn of(
         [width, height]: [u32; 2],
         samples: u32,
@@ -47,7 +46,7 @@ impl Replicates {
     /// Each tile's mean, and the variance of that mean.
     fn moments(&self) -> Vec<[f64; 2]> {
         let n = self.0.len() as f64;
-        assert!(self.0.len() >= LEAST_REPLICATES, "too few replicates to know their spread");
+        assert!(self.0.len() >= LEAST_REPLICATES, "too few replicates to estimate their variance");
         (0..self.0[0].len())
             .map(|tile| {
                 let mean = self.0.iter().map(|r| r[tile]).sum::<f64>() / n;
@@ -64,22 +63,22 @@ impl Replicates {
     }
 }
 
-/// Two means without any noise are the same if they differ by rounding alone.
+/// Two means without any noise are equal if they differ only by rounding.
 const ROUNDING: f64 = 1e-5;
 
-/// What comes of a comparison.
+/// The result of a comparison.
 #[derive(Clone, Debug)]
 pub struct Verdict {
-    /// The least two-sided p-value of a tile.
+    /// The smallest two-sided p-value of a tile.
     pub least: f64,
     /// The p-value of the uniformity of all.
     pub uniformity: f64,
-    /// The tiles that chance touches.
+    /// The number of tiles with noise.
     pub tiles: usize,
 }
 
 impl Verdict {
-    /// Whether the means may be the same, as one of `comparisons`.
+    /// Whether the means may be equal, as one of `comparisons`.
     pub fn agrees(&self, comparisons: usize) -> bool {
         let level = sidak(LEVEL, 2 * comparisons);
         self.least > sidak(level, self.tiles) && self.uniformity > level
@@ -96,8 +95,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Compares two estimators, whose seeds must differ. Where neither has any noise a t-test has nothing to say:
-/// there they must agree to rounding.
+/// Compares two estimators, whose seeds must differ. If neither has any noise, they must agree up to rounding.
 pub fn welch(a: &Replicates, b: &Replicates) -> Verdict {
     let (n, m) = (a.0.len() as f64, b.0.len() as f64);
     let mut p = Vec::new();

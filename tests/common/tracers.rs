@@ -1,4 +1,4 @@
-//! What follows light in a scene: every path integrator with every sampler.
+//! Every path integrator with every sampler.
 
 use super::tiles::Replicates;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use stride::integrator::{self, Finished, Integrator, NextEvent, Paths, Settings}
 use stride::math::lanes::Level;
 use stride::sampling::{Independent, Region, Sobol};
 use stride::scene::Scene;
-use stride::world::{self, Finder, World};
+use stride::world::{self, AcceleratorChoice, World};
 
 /// A path integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,17 +24,18 @@ pub enum Numbers {
     Sobol,
 }
 
-/// All samplers that integrators are proved with.
+/// All samplers with which integrators are tested.
 pub const NUMBERS: [Numbers; 2] = [Numbers::Independent, Numbers::Sobol];
 
-/// A method over a scene, with numbers of a seed.
+/// A method for a scene, with a seed.
 pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box<dyn Integrator> {
     let sampler = match numbers {
         Numbers::Independent => Independent { seed }.into(),
         Numbers::Sobol => Sobol { seed }.into(),
     };
     let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height).unwrap();
-    let (scene_tables, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Simple)));
+    let (scene_tables, world) =
+        (Arc::new(compiled), Arc::new(World::new(&surfaces, AcceleratorChoice::Simple)));
     let offset = film_offset(&scene.film);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };
     match method {
@@ -46,7 +47,7 @@ pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box
     }
 }
 
-/// Gives every sample of a picture to `take`, with its pixel's index.
+/// Passes every sample of an image to `take`, with its pixel's index.
 pub fn trace(tracer: &dyn Integrator, scene: &Scene, samples: u32, mut take: impl FnMut(u32, [f32; 3])) {
     let region = Region::whole(scene.film.width, scene.film.height);
     let level = Level::from_environment().expect("a level that this processor has");
@@ -61,7 +62,7 @@ pub fn trace(tracer: &dyn Integrator, scene: &Scene, samples: u32, mut take: imp
     }
 }
 
-/// Replicates of a scene's picture, with the seeds `first_seed`, `first_seed + 1`, …
+/// Replicates of a scene's image, with the seeds `first_seed`, `first_seed + 1`, …
 pub fn replicates(
     method: Method,
     numbers: Numbers,

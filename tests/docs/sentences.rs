@@ -16,8 +16,6 @@ const MEANT: &[&str] = &[
     "others are as bright as {brightest",
     "warning: {too_bright} samples are infinite",
     "{silence}: it held the samples",
-    "the mesh is smaller than 1e-15 where it stands",
-    "Materials of parts of the mesh:",
     // Lists of names.
     "Layers that EXR files get beside colour",
 ];

@@ -1,4 +1,4 @@
-//! Rays that leave the surfaces of groups neither meet these again nor slip through.
+//! Rays that leave surfaces of groups neither hit them again nor leak.
 
 use super::common::for_each_sample_in;
 use super::common::scenes::*;
@@ -9,11 +9,11 @@ use stride::math::{Frame, Ray};
 use stride::sampling::Stream;
 use stride::scene::{Entity, Scene, Shape};
 use stride::shape::offset_origin;
-use stride::world::{Finder, World};
+use stride::world::{AcceleratorChoice, World};
 
-/// Rays leave every shape on its convex side, from wherever rays met it.
+/// Rays leave every shape on its convex side, from the hits of random rays.
 #[test]
-fn rays_that_leave_a_surface_of_a_group_never_meet_it_again() {
+fn rays_that_leave_a_surface_of_a_group_never_hit_it_again() {
     let stream = &mut Stream::new(54, 0, 0);
     let (mut rays, mut met, mut with_less) = (0, 0, 0);
     for scale in [1e-3, 1.0, 1e3] {
@@ -22,8 +22,8 @@ fn rays_that_leave_a_surface_of_a_group_never_meet_it_again() {
                 for member in shapes_of_all_kinds() {
                     let place = transform(squeeze * scale, 1.3, direction(stream) * away * scale);
                     let (tables, surfaces) = compiled(&grouped(vec![member.clone()], &[place]));
-                    let world = World::new(&surfaces, Finder::Simple);
-                    // Of a flat shape both sides, of others the outer one.
+                    let world = World::new(&surfaces, AcceleratorChoice::Simple);
+                    // For flat shapes on both sides, for others on the outer one.
                     let both = matches!(member.shape, Shape::Quad(_) | Shape::Disk(_));
                     for _ in 0..400 {
                         let target = place.transform_point3(direction(stream) * 1.4);
@@ -49,7 +49,7 @@ fn rays_that_leave_a_surface_of_a_group_never_meet_it_again() {
                         rays += 1;
                         met += u32::from(!leaves(1.0));
                         with_less += u32::from(!leaves(0.001));
-                        // The bound is no excuse for a gap.
+                        // The bound must not be a gap.
                         assert!(f64::from(point.error) < 1e-2 * scale * (1.0 + away), "{}", point.error);
                     }
                 }
@@ -62,7 +62,7 @@ fn rays_that_leave_a_surface_of_a_group_never_meet_it_again() {
     assert!(with_less > 50, "{with_less} of {rays} with a bound that is too small");
 }
 
-/// Closed surfaces, of pieces that meet at edges.
+/// Closed surfaces, made of pieces that meet at edges.
 fn closed() -> Vec<Vec<Entity>> {
     let can = || {
         vec![
@@ -79,10 +79,10 @@ fn closed() -> Vec<Vec<Entity>> {
     ]
 }
 
-/// The samples of a picture that are not one of the values that they may have, and how many there are.
+/// The number of samples outside of the allowed values, and the number of all samples.
 fn other_than(scene: &Scene, values: &[f64]) -> (usize, usize) {
     let (mut other, mut all) = (0, 0);
-    for_each_sample_in(scene, Finder::Bvh, |_, radiance| {
+    for_each_sample_in(scene, AcceleratorChoice::Bvh, |_, radiance| {
         let is = |value: f64| (f64::from(radiance[0]) - value).abs() <= 1e-5 * value;
         other += usize::from(!values.iter().any(|&value| is(value)));
         all += 1;
@@ -90,10 +90,10 @@ fn other_than(scene: &Scene, values: &[f64]) -> (usize, usize) {
     (other, all)
 }
 
-/// No light comes into what is closed, and inside what shines and reflects alike everywhere every path brings the same;
-/// outside of what is convex, every path meets it once at most.
+/// No light enters a closed surface. Inside uniform emission and reflection, every path has the same radiance; outside
+/// of a convex shape, every path hits it at most once.
 #[test]
-fn furnaces_in_groups_lose_nothing() {
+fn furnaces_in_groups_lose_no_energy() {
     let mut by_chance = 0;
     for scale in [1e-3, 1.0, 1e3] {
         for (members, squeeze) in closed()
@@ -111,7 +111,7 @@ fn furnaces_in_groups_lose_nothing() {
                 scene.render.samples = 4;
                 scene
             };
-            // At an edge between two pieces a rounding may take the beginning of a ray to the other side.
+            // At an edge between two pieces, rounding may move the origin of a ray to the other side.
             let few = usize::from(members.len() > 1 || !matches!(members[0].shape, Shape::Sphere(_)));
             let lost = |scene: &Scene, values: &[f64]| {
                 let (other, all) = other_than(scene, values);
@@ -120,18 +120,18 @@ fn furnaces_in_groups_lose_nothing() {
             let middle = at + v(0.1, 0.05, -0.1) * scale;
             lost(&furnace(|entity| entity, middle, 1.0), &[0.0]);
             let shining = furnace(|entity| flipped(emitting(entity, 1.0)), middle, 0.0);
-            // What stands as a surface of its own is in no group.
+            // Surfaces that are written out are in no group.
             if !shining.written_out(&shining.group_places())[0] {
                 by_chance += 1;
                 lost(&shining, &[(0..=6).map(|bounce| 0.5_f64.powi(bounce)).sum()]);
             }
             let outside = furnace(|entity| entity, at - DVec3::X * 3.5 * scale, 1.0);
             lost(&outside, &[1.0, 0.5]);
-            // Negative control: there is something to see.
+            // Negative control: the image is not empty.
             let seen = other_than(&outside, &[1.0]).0;
             assert!(seen > 5, "{members:?} at {scale}: {seen}");
         }
     }
-    // The sphere and the can, where they are squeezed.
+    // The sphere and the can, with an anisotropic scale.
     assert_eq!(by_chance, 2 * 3);
 }

@@ -1,7 +1,6 @@
-//! Groups of surfaces, which are kept once and stand at many places: what rays meet, and what pictures show, is what the
-//! same surfaces would, written out at each place.
+//! Groups: hits and images are those of the same surfaces, written out for each instance.
 //!
-//! Verdicts on pictures fall at the level stated in `common::blocks`.
+//! Images are compared at the level stated in `common::blocks`.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -20,14 +19,14 @@ use stride::math::lanes::Level;
 use stride::sampling::{Region, Stream};
 use stride::scene::{Entity, Instance, Integrator, Scene, Shape};
 use stride::shape::NOTHING;
-use stride::world::{CompiledScene, Finder, Simple, Size, World, compile};
+use stride::world::{AcceleratorChoice, CompiledScene, Simple, Size, World, compile};
 
 fn transform(scale: DVec3, angle: f64, at: DVec3) -> DAffine3 {
     let turn = DQuat::from_axis_angle(v(0.3, -0.4, 1.0).normalize(), angle);
     DAffine3::from_scale_rotation_translation(scale, turn, at)
 }
 
-/// Places that keep forms, one of which mirrors.
+/// Transforms that preserve shapes, one of which mirrors.
 fn similar() -> Vec<DAffine3> {
     vec![
         transform(DVec3::splat(1.2), 0.5, v(5.0, 1.5, 0.2)),
@@ -53,7 +52,7 @@ fn materials() -> Vec<stride::scene::Material> {
     ]
 }
 
-/// A group of some entities at some places.
+/// A group of some entities with some instances.
 fn grouped(members: Vec<Entity>, places: &[DAffine3]) -> Scene {
     let mut scene = scene(materials(), Vec::new());
     let group = scene.add_group("group");
@@ -65,7 +64,7 @@ fn grouped(members: Vec<Entity>, places: &[DAffine3]) -> Scene {
     scene
 }
 
-/// What an entity is where a place that keeps forms takes it.
+/// An entity under a transform that preserves shapes.
 fn written(entity: &Entity, place: &DAffine3) -> Vec<Entity> {
     let point = |p: DVec3| place.transform_point3(p);
     let turned = |d: DVec3| place.transform_vector3(d);
@@ -107,7 +106,7 @@ fn written(entity: &Entity, place: &DAffine3) -> Vec<Entity> {
     entities.into_iter().map(look).collect()
 }
 
-/// A scene without groups, of these entities where the places take them.
+/// A scene without groups, with these entities under all transforms.
 fn written_out(members: &[Entity], places: &[DAffine3]) -> Scene {
     let all = places.iter().flat_map(|place| members.iter().flat_map(|member| written(member, place)));
     scene(materials(), all.collect())
@@ -117,7 +116,7 @@ fn compiled(scene: &Scene) -> (CompiledScene, Simple) {
     compile(scene, scene.film.width, scene.film.height).unwrap()
 }
 
-/// A ray through the places.
+/// A ray through the instances.
 fn ray(stream: &mut Stream) -> Ray<f32> {
     let o = v(5.0, 0.0, 0.5) + direction(stream) * stream.random_range(0.1..8.0);
     let target = v(5.0, 0.0, 0.0) + direction(stream) * 3.0;
@@ -125,7 +124,7 @@ fn ray(stream: &mut Stream) -> Ray<f32> {
 }
 
 #[test]
-fn groups_are_met_where_the_same_surfaces_are() {
+fn hits_on_groups_are_those_of_the_same_surfaces() {
     let differences = |nudge: f64| {
         let members = shapes_of_all_kinds();
         let (copied_tables, copied) = compiled(&written_out(&members, &similar()));
@@ -133,8 +132,8 @@ fn groups_are_met_where_the_same_surfaces_are() {
             similar().iter().map(|p| DAffine3::from_translation(DVec3::X * nudge) * *p).collect();
         let (tables, surfaces) = compiled(&grouped(members, &places));
         assert_eq!((surfaces.instances.len(), copied.instances.len()), (2, 0));
-        let tree = World::new(&surfaces, Finder::Bvh);
-        let others = World::new(&copied, Finder::Simple);
+        let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
+        let others = World::new(&copied, AcceleratorChoice::Simple);
         let stream = &mut Stream::new(51, 0, 0);
         let (mut met, mut differ) = ([0; 6], 0);
         for _ in 0..20_000 {
@@ -148,7 +147,7 @@ fn groups_are_met_where_the_same_surfaces_are() {
             let material = tables.surfaces.material(&p).0;
             met[material as usize] += 1;
             let mut away = (p.p - q.p).max_abs();
-            // Spheres, disks and cylinders that are written out have other uv.
+            // Spheres, disks and cylinders that are transformed individually have different uv.
             if [1, 2, 5].contains(&material) {
                 let [u, v] = tables.surfaces.uv(&p, a.instance, true);
                 let [s, t] = copied_tables.surfaces.uv(&q, b.instance, true);
@@ -161,19 +160,19 @@ fn groups_are_met_where_the_same_surfaces_are() {
         assert!(met.iter().all(|&met| met > 100), "{met:?}");
         differ
     };
-    // At an edge a rounding decides.
+    // At an edge, a rounding error decides.
     let few = differences(0.0);
     assert!(few < 40, "{few}");
-    // Negative control: all of it farther by a hundredth.
+    // Negative control: everything is farther away by a hundredth.
     let many = differences(0.01);
     assert!(many > 1000, "{many}");
 }
 
 #[test]
-fn a_squeezed_sphere_is_an_ellipsoid() {
+fn an_unevenly_scaled_sphere_is_an_ellipsoid() {
     let place = transform(v(2.0, -0.5, 1.0), 1.1, v(6.0, 0.5, -0.3));
     let (tables, surfaces) = compiled(&grouped(vec![sphere(v(0.1, 0.2, -0.1), 0.9, 0)], &[place]));
-    let world = World::new(&surfaces, Finder::Simple);
+    let world = World::new(&surfaces, AcceleratorChoice::Simple);
     let inverse = place.inverse();
     let stream = &mut Stream::new(52, 0, 0);
     let (mut met, mut wrong) = (0, 0);
@@ -187,7 +186,7 @@ fn a_squeezed_sphere_is_an_ellipsoid() {
         let discriminant = b * b - a * c;
         let roots = [-1.0, 1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
         let expected = roots.into_iter().find(|&t| t > 0.0);
-        // Where the ray grazes it, rounding decides.
+        // Where the ray grazes it, a rounding error decides.
         if discriminant.abs() < 1e-3 * a {
             continue;
         }
@@ -199,7 +198,7 @@ fn a_squeezed_sphere_is_an_ellipsoid() {
         wrong += u32::from((f64::from(hit.t) - t).abs() > 1e-4);
         wrong += u32::from((wide(point.n) - normal).length() > 1e-4);
         wrong += u32::from((wide(point.p) - (o + d * t)).length() > 1e-4);
-        // The bound holds, and is no excuse for a gap.
+        // The bound holds, and is not too large.
         let local = inverse.transform_point3(wide(point.p)) - v(0.1, 0.2, -0.1);
         let off = (local.length() - 0.9).abs() / (inverse.matrix3.transpose() * local.normalize()).length();
         assert!(off < f64::from(point.error) && point.error < 1e-4, "{off}, {}", point.error);
@@ -208,20 +207,20 @@ fn a_squeezed_sphere_is_an_ellipsoid() {
 }
 
 #[test]
-fn every_world_meets_the_same() {
+fn hits_are_identical_in_every_world() {
     let mut scene = scene(materials(), vec![plane(DVec3::Z, -2.0, 0), sphere(v(5.0, 0.0, 1.5), 0.4, 1)]);
     add_groups_to(&mut scene);
     for place in squeezed() {
         scene.add_instance("squeezed", 0, place);
-        // Twice in one place: the lower instance counts.
+        // Two coincident instances: the lower one wins.
         scene.add_instance("again", 0, place);
     }
     assert_eq!(scene.problems(), []);
     let (_, surfaces) = compiled(&scene);
     assert_eq!(surfaces.instances.of_groups(), 9);
-    let simple = World::new(&surfaces, Finder::Simple);
-    let tree = World::new(&surfaces, Finder::Bvh);
-    let meshes = World::with_tree_of(&surfaces, stride::world::Treed::Meshes);
+    let simple = World::new(&surfaces, AcceleratorChoice::Simple);
+    let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
+    let meshes = World::with_tree_scope(&surfaces, stride::world::TreeScope::Meshes);
     let stream = &mut Stream::new(53, 0, 0);
     let mut met = 0;
     for _ in 0..20_000 {
@@ -245,14 +244,14 @@ fn every_world_meets_the_same() {
 }
 
 /// The bits of a small picture of groups.
-fn bits(finder: Finder, level: Level) -> Vec<[u32; 3]> {
+fn bits(accelerator: AcceleratorChoice, level: Level) -> Vec<[u32; 3]> {
     let mut scene = sized(scene(materials(), vec![plane(DVec3::Z, -2.0, 0)]), 24, 18);
     add_groups_to(&mut scene);
     scene.environment = [0.3; 3];
     scene.render.max_depth = 4;
     scene.render.integrator = Integrator::Path;
     let (tables, surfaces) = compiled(&scene);
-    let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
+    let (world, offset) = (World::new(&surfaces, accelerator), film_offset(&scene.film));
     let tracer = integrator::build(&scene.render, offset, Arc::new(tables), Arc::new(world));
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
@@ -263,16 +262,16 @@ fn bits(finder: Finder, level: Level) -> Vec<[u32; 3]> {
 }
 
 #[test]
-fn pictures_are_the_same_in_every_world_at_every_level() {
-    let truth = bits(Finder::Simple, Level::available()[0]);
+fn images_are_identical_in_every_world_at_every_level() {
+    let truth = bits(AcceleratorChoice::Simple, Level::available()[0]);
     for level in Level::available() {
-        assert!(bits(Finder::Bvh, level) == truth, "{level}");
+        assert!(bits(AcceleratorChoice::Bvh, level) == truth, "{level}");
     }
     assert!(truth.iter().any(|radiance| *radiance != truth[0]));
 }
 
 #[test]
-fn pictures_of_groups_are_those_of_the_same_surfaces() {
+fn images_of_groups_agree_with_the_same_surfaces() {
     let picture = |mut scene: Scene, seed: u32| {
         scene.entities.push(plane(DVec3::Z, -2.2, 4));
         scene.environment = [0.2; 3];
@@ -282,7 +281,7 @@ fn pictures_of_groups_are_those_of_the_same_surfaces() {
         estimate(&sized(scene, 32, 24)).blocks()
     };
     let members = |radiance: f64| {
-        // Every shape is a light but the disk and the mirrors.
+        // Every shape is a light, except for the disk and the mirrors.
         let mut members = shapes_of_all_kinds();
         for i in [0, 1, 4, 5] {
             members[i].emission = [radiance, 0.7 * radiance, 0.5];
@@ -293,13 +292,13 @@ fn pictures_of_groups_are_those_of_the_same_surfaces() {
     let groups = picture(grouped(members(1.5), &similar()), 2);
     let verdict = compare(&written, &groups);
     assert!(verdict.agrees(), "{verdict}");
-    // Negative control: lamps brighter by a tenth.
+    // Negative control: lights that are brighter by a tenth.
     let verdict = compare(&written, &picture(grouped(members(1.65), &similar()), 2));
     assert!(!verdict.agrees(), "{verdict}");
 }
 
 #[test]
-fn what_emits_is_a_light_where_it_stays_itself() {
+fn emissive_shapes_are_sampled_where_transforms_preserve_them() {
     let lit = || {
         let mut members = shapes_of_all_kinds();
         members.iter_mut().for_each(|entity| entity.emission = [1.0; 3]);
@@ -311,26 +310,26 @@ fn what_emits_is_a_light_where_it_stays_itself() {
     let scene = grouped(lit(), &similar());
     assert_eq!(scene.written_out(&scene.group_places()), [true; 6]);
     assert_eq!(lights(&scene), 2 * all);
-    // Nothing is left of the group.
+    // Nothing else is stored of the group.
     assert_eq!(compiled(&scene).1.instances.len(), 0);
-    // What is squeezed at one place is found by chance at all.
+    // If one instance scales it unevenly, its emission is found only by chance.
     let scene = grouped(lit(), &[similar()[0], squeezed()[0]]);
     assert_eq!(scene.written_out(&scene.group_places()), [false, true, true, false, false, true]);
     assert_eq!(lights(&scene), 2 * (1 + 6 + 4));
-    // So is what is turned with its pattern.
+    // The same holds for rotated textures.
     let mut scene = grouped(lit(), &similar()[..1]);
     scene.materials.push(checkerboard(0, 1, 4.0));
     scene.entities[0].material = 6;
     assert_eq!(scene.written_out(&scene.group_places()), [false, true, true, true, true, true]);
     scene.instances[0].transform = DAffine3::from_scale(DVec3::splat(3.0));
     assert_eq!(scene.written_out(&scene.group_places()), [true; 6]);
-    // Nothing shines of a group that stands nowhere.
+    // A group without instances emits nothing.
     scene.instances.clear();
     assert_eq!(lights(&scene), 0);
 }
 
 #[test]
-fn groups_in_groups_stand_where_both_transforms_take_them() {
+fn nested_groups_combine_their_transforms() {
     let [inner, outer] = [squeezed()[0], transform(v(0.9, 1.1, 0.7), 1.0, v(-1.0, 0.4, 0.2))];
     let flat = grouped(shapes_of_all_kinds(), &[outer * inner, outer * outer * inner, inner]);
     let mut nested = grouped(shapes_of_all_kinds(), &[]);
@@ -357,7 +356,7 @@ fn groups_in_groups_stand_where_both_transforms_take_them() {
 }
 
 #[test]
-fn a_group_is_kept_once() {
+fn a_group_is_stored_once() {
     let places: Vec<_> = (0..1000).map(|i| DAffine3::from_translation(DVec3::X * f64::from(i))).collect();
     let scene = grouped(shapes_of_all_kinds(), &places);
     let (tables, surfaces) = compiled(&scene);
@@ -369,7 +368,7 @@ fn a_group_is_kept_once() {
 }
 
 #[test]
-fn what_no_group_can_be_is_told() {
+fn invalid_groups_are_reported() {
     let told = |change: fn(&mut Scene)| {
         let mut scene = grouped(shapes_of_all_kinds(), &similar());
         change(&mut scene);
@@ -397,14 +396,14 @@ fn what_no_group_can_be_is_told() {
         (|s| s.entities[1].within = Some(7), "entity 2 (\"entity\"): there is no group 8, only 1"),
         (
             |s| s.entities[1].shape = plane(DVec3::Z, 0.0, 0).shape,
-            "a plane is unbounded, and can be in no group",
+            "a plane is unbounded and cannot be in a group",
         ),
         (|s| s.instances[0].group = 3, "instance 1 (\"place\"): there is no group 4, only 1"),
-        (|s| s.instances[0].within = Some(0), "its group 1 is not before the group that it is within"),
-        (|s| s.instances[0].transform = DAffine3::from_scale(v(1.0, 0.0, 1.0)), "makes everything flat"),
+        (|s| s.instances[0].within = Some(0), "its group 1 does not precede the group that contains it"),
+        (|s| s.instances[0].transform = DAffine3::from_scale(v(1.0, 0.0, 1.0)), "the transform is singular"),
         (|s| s.instances[0].transform = DAffine3::from_scale(DVec3::splat(1e18)), "farther than 1e18"),
-        (shear, "instance 2 (\"place\"): the transform shears or squeezes"),
-        (deep, "it is nested more than 16 deep"),
+        (shear, "instance 2 (\"place\"): the transform shears the group"),
+        (deep, "it is nested more than 16 levels deep"),
         (many, "more than 16777216 places of groups"),
     ];
     for (change, part) in cases {

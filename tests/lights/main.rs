@@ -1,6 +1,6 @@
-//! Lights: their directions follow their densities, and the choice among them leaves none out.
+//! Lights: sampled directions follow their densities, and the choice among lights omits none.
 //!
-//! Directions are judged at the level stated in `common::chi_square`.
+//! Directions are tested at the significance level stated in `common::chi_square`.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -20,7 +20,7 @@ use stride::scene::{Entity, Mesh};
 use stride::shape::{Cylinder, Disk, Quad, Sphere};
 
 #[test]
-fn a_light_is_not_in_its_own_way_however_far_away_it_is() {
+fn a_light_does_not_shadow_itself_at_any_distance() {
     let stream = &mut Stream::new(46, 0, 0);
     let triangle = |wide: f64, stream: &mut Stream| {
         let (u, w) = (direction(stream), direction(stream));
@@ -42,7 +42,8 @@ fn a_light_is_not_in_its_own_way_however_far_away_it_is() {
         ("needle", &|stream| triangle(1e-3, stream)),
     ];
     for (name, make) in kinds {
-        // Of the light that comes, how much would be lost; and what would be if shadow rays were as long as they can be.
+        // The fraction of light that would be lost to self-shadowing, and the fraction with shadow rays of the greatest
+        // possible length.
         for distance in [3.0, 30.0, 1e3, 1e5] {
             let (mut all, mut lost, mut lost_beyond) = (0.0, 0.0, 0.0);
             for _ in 0..300 {
@@ -65,14 +66,14 @@ fn a_light_is_not_in_its_own_way_however_far_away_it_is() {
             }
             println!("{name}, {distance}: {:.5} lost, {:.5} beyond", lost / all, lost_beyond / all);
             assert!(lost <= 5e-4 * all, "{name} at {distance}: {} of {all} is lost", lost);
-            // Negative control: rays that end beyond the lamp's surface.
+            // Negative control: rays that end beyond the light's surface.
             assert!(distance != 1e3 || lost_beyond > 0.01 * all, "{name}: {lost_beyond} of {all}");
         }
     }
 }
 
 #[test]
-fn directions_to_a_light_follow_the_density_of_meeting_it() {
+fn directions_to_a_light_follow_the_density_of_hits() {
     let all = all();
     for (i, (name, (seen, polar))) in all.iter().enumerate() {
         let outcome = seen.compare(*polar, 100 + 2 * i as u32);
@@ -80,9 +81,9 @@ fn directions_to_a_light_follow_the_density_of_meeting_it() {
     }
 }
 
-/// Of a disk at infinity the density is that of the rays that leave the scene.
+/// For a disk at infinity, the density is that of rays that leave the scene.
 #[test]
-fn directions_to_a_sun_follow_the_density_of_seeing_it() {
+fn directions_to_a_sun_follow_the_density_of_escaping_rays() {
     let towards = v(0.48, 0.6, 0.64);
     let diameters = [0.0101, 0.53, 20.0, 180.0];
     for (i, angular_diameter) in diameters.into_iter().enumerate() {
@@ -109,26 +110,26 @@ fn directions_to_a_sun_follow_the_density_of_seeing_it() {
 }
 
 #[test]
-fn a_sample_carries_the_density_of_meeting_the_light() {
+fn a_sample_has_the_density_of_a_hit() {
     for (name, (seen, _)) in all() {
         let (mut off, draws) = (0, 20_000);
         for i in 0..draws {
             let sample = seen.sample(draw(31, i));
-            // Screens shine in every colour, but not in one alone.
+            // Textured quads emit in every colour, but not in a single one.
             let shines =
                 if name.starts_with("a screen") { sample.radiance.r > 0.0 } else { sample.radiance.r == 1.0 };
-            assert!(sample.pdf > 0.0 && shines, "{name}: {sample:?} leads nowhere");
+            assert!(sample.pdf > 0.0 && shines, "{name}: {sample:?} hits nothing");
             let pdf = seen.pdf(sample.wi);
             off += u32::from((sample.pdf / pdf - 1.0).abs() > 0.01);
         }
-        // Along an outline a rounded ray misses, or meets it at a cosine that has few digits: that is an
-        // error of the sample's own size, on few of them.
-        assert!(off <= draws / 200, "{name}: {off} of {draws} samples carry another density");
+        // At an outline a rounded ray misses, or hits it at a cosine with few digits. That is an error of the sample's
+        // own size, in few of them.
+        assert!(off <= draws / 200, "{name}: {off} of {draws} samples have another density");
     }
 }
 
 #[test]
-fn no_sample_leads_to_a_side_that_does_not_emit() {
+fn no_sample_is_on_a_side_that_does_not_emit() {
     let turned = Seen::new(flipped(quad(CENTRE, DVec3::X, DVec3::Y, 0)), CENTRE + DVec3::Z);
     let hollow = Seen::new(flipped(sphere(CENTRE, 1.0, 0)), CENTRE + DVec3::Z * 3.0);
     let inside = Seen::new(sphere(CENTRE, 1.0, 0), CENTRE + DVec3::Z * 0.5);
@@ -145,13 +146,13 @@ fn no_sample_leads_to_a_side_that_does_not_emit() {
 }
 
 #[test]
-fn wrong_cones_and_wrong_densities_are_noticed() {
+fn wrong_cones_and_wrong_densities_are_detected() {
     let (seen, polar) = ball(3.0);
-    // A cone to a sphere larger by a hundredth.
+    // The cone to a sphere that is larger by a hundredth.
     let wrong = Seen::new(sphere(CENTRE, 1.01, 0), seen.p);
     let outcome = compare(polar, 200, |u| wrong.sample(u).wi, |d| seen.pdf(d));
     assert!(!outcome.agrees(1_000_000), "{outcome:?}");
-    // A cone about an axis a hundredth of its width off.
+    // A cone whose axis is off by a hundredth of its width.
     let wrong = Seen::new(sphere(CENTRE + DVec3::X * 0.02, 1.0, 0), seen.p);
     let outcome = compare(polar, 201, |u| wrong.sample(u).wi, |d| seen.pdf(d));
     assert!(!outcome.agrees(1_000_000), "{outcome:?}");
@@ -171,7 +172,7 @@ fn wrong_cones_and_wrong_densities_are_noticed() {
         // A density 2% too high.
         let outcome = compare(polar, 202, |u| seen.sample(u).wi, |d| seen.pdf(d) * 1.02);
         assert!(!outcome.agrees(1_000_000), "{name}: {outcome:?}");
-        // One that is 2% too high at one end and as much too low at the other.
+        // A density that is 2% too high at one end and too low by as much at the other.
         let middle = wide(seen.sample([0.5; 4]).wi);
         let tilted = |d: Vec3<f32>| {
             let across = middle.any_orthogonal_vector();
@@ -180,7 +181,7 @@ fn wrong_cones_and_wrong_densities_are_noticed() {
         let outcome = compare(polar, 203, |u| seen.sample(u).wi, tilted);
         assert!(!outcome.agrees(1_000_000), "{name}: {outcome:?}");
     }
-    // A quad whose density forgets the cosine at the light.
+    // The density of a quad without the cosine at the light.
     let (seen, polar) = sheet(v(-3.0, 2.0, 1.0));
     let n = v(0.6, -0.8, 0.0);
     let without = |d: Vec3<f32>| seen.pdf(d) * (wide(d).dot(n).abs() / 0.25) as f32;
@@ -195,7 +196,7 @@ fn direction(stream: &mut Stream) -> DVec3 {
     v(r * phi.cos(), r * phi.sin(), z)
 }
 
-/// A fan of triangles of different areas about a place.
+/// A fan of triangles of different areas around a point.
 fn dome(place: DVec3, size: f64, height: f64, triangles: usize) -> Vec<[[f32; 3]; 3]> {
     let rim = |i: usize| {
         let phi = (i as f64 / triangles as f64).powi(2) * std::f64::consts::TAU;
@@ -205,7 +206,7 @@ fn dome(place: DVec3, size: f64, height: f64, triangles: usize) -> Vec<[[f32; 3]
     (0..triangles).map(|i| [corner(place), corner(rim(i)), corner(rim(i + 1))]).collect()
 }
 
-/// Lights of every kind, most of them small, of very different strengths, in a cube of side 20.
+/// Lights of every kind, most of them small, of very different powers, in a cube of side 20.
 fn medley(count: u32, stream: &mut Stream) -> LightTable {
     let mut table = LightTable::default();
     while table.len() < count as usize {
@@ -228,8 +229,8 @@ fn medley(count: u32, stream: &mut Stream) -> LightTable {
                 let cylinder = Cylinder::new(place, place + direction(stream) * size * 3.0, size);
                 table.push(AreaLight { shape: cylinder, flipped, emission: strength })
             }
-            // From afar they are one light, chosen by power: a dome that is flatter or rounder, of a few triangles or
-            // of many.
+            // From a distance they are one light, chosen by power: flatter and rounder domes, of a few triangles or of
+            // many.
             _ => {
                 let most = count as usize - table.len();
                 let triangles = dome(place, size, stream.random_range(0.0..1.0), most.min(40));
@@ -241,14 +242,14 @@ fn medley(count: u32, stream: &mut Stream) -> LightTable {
     table
 }
 
-/// Receivers anywhere, some of them on or next to a light's own place.
+/// Receivers anywhere, some of them on or next to a light's own position.
 fn receiver(stream: &mut Stream) -> (Vec3<f32>, Vec3<f32>) {
     let reach = 10_f64.powf(stream.random_range(-1.0..1.5));
     (narrow(direction(stream) * reach), narrow(direction(stream)).normalized())
 }
 
-/// What a light contributes to a matte receiver that scatters on both sides, up to its reflectance: the
-/// irradiance from either side, by stratified samples.
+/// The contribution of a light to a matte receiver that scatters on both sides, up to its reflectance: the irradiance
+/// from either side, by stratified samples.
 fn contribution(table: &LightTable, light: u32, p: Vec3<f32>, n: Vec3<f32>, strata: u32) -> f64 {
     let mut sum = 0.0;
     for i in 0..strata * strata {
@@ -260,7 +261,7 @@ fn contribution(table: &LightTable, light: u32, p: Vec3<f32>, n: Vec3<f32>, stra
 }
 
 #[test]
-fn chances_add_up_to_one_and_no_light_that_contributes_is_left_out() {
+fn the_pmf_sums_to_one_and_includes_every_light_that_contributes() {
     let stream = &mut Stream::new(41, 0, 0);
     let (mut receivers, mut without) = (0, 0);
     for count in [1, 2, 3, 10, 100, 1000] {
@@ -269,27 +270,30 @@ fn chances_add_up_to_one_and_no_light_that_contributes_is_left_out() {
             let (p, n) = receiver(stream);
             let mut sum = 0.0;
             for light in 0..count {
-                let chance = table.chance(p, n, Wrapping(light), true);
-                sum += f64::from(chance);
-                if chance > 0.0 {
+                let pmf = table.pmf(p, n, Wrapping(light), true);
+                sum += f64::from(pmf);
+                if pmf > 0.0 {
                     continue;
                 }
                 without += 1;
                 let missed = contribution(&table, light, p, n, 8);
-                assert!(missed == 0.0, "light {light} of {count} has no chance but gives {missed} to {p:?}");
+                assert!(
+                    missed == 0.0,
+                    "light {light} of {count} has a pmf of zero but contributes {missed} to {p:?}"
+                );
             }
             receivers += 1;
-            assert!((sum - 1.0).abs() < 1e-4, "{count} lights: chances add up to {sum}");
+            assert!((sum - 1.0).abs() < 1e-4, "{count} lights: the sum of the pmf is {sum}");
         }
     }
-    // The claim is not an empty one: many lights have no chance, rightly.
-    assert!(receivers > 700 && without > 1000, "{receivers} receivers, {without} lights without chance");
+    // The test is not trivial: many lights have a pmf of zero, correctly.
+    assert!(receivers > 700 && without > 1000, "{receivers} receivers, {without} lights with a pmf of zero");
 }
 
 #[test]
-fn lights_are_chosen_as_often_as_their_chances_say() {
+fn frequencies_of_lights_follow_the_pmf() {
     const DRAWS: u32 = 100_000;
-    // Of all comparisons together.
+    // Over all comparisons together.
     const LEVEL: f64 = 0.01;
     let stream = &mut Stream::new(42, 0, 0);
     let counts = [2, 7, 60, 400];
@@ -300,29 +304,29 @@ fn lights_are_chosen_as_often_as_their_chances_say() {
         let table = medley(count, stream);
         for receiver_index in 0..receivers {
             let (p, n) = receiver(stream);
-            let chances: Vec<f64> =
-                (0..count).map(|light| f64::from(table.chance(p, n, Wrapping(light), true))).collect();
+            let pmfs: Vec<f64> =
+                (0..count).map(|light| f64::from(table.pmf(p, n, Wrapping(light), true))).collect();
             let mut seen = vec![0.0; count as usize];
             for i in 0..DRAWS {
                 let [u, ..] = draw(43 + receiver_index as u32, i);
-                let (light, chance) = table.choose(p, n, u, true);
-                let expected = chances[light.0 as usize];
-                assert!((f64::from(chance) / expected - 1.0).abs() < 1e-4, "{chance}, not {expected}");
+                let (light, pmf) = table.choose(p, n, u, true);
+                let expected = pmfs[light.0 as usize];
+                assert!((f64::from(pmf) / expected - 1.0).abs() < 1e-4, "{pmf}, not {expected}");
                 seen[light.0 as usize] += 1.0;
             }
-            let p_value = frequencies(&seen, &chances, f64::from(DRAWS));
-            assert!(p_value > level, "{count} lights: the choice follows its chances with p = {p_value:e}");
-            // Negative control: the likeliest light a twentieth too rare, where it is neither rare nor certain
-            // and the others are few enough not to drown it.
-            let most = (0..chances.len()).max_by(|&a, &b| chances[a].total_cmp(&chances[b])).unwrap();
-            if count < 100 && (0.1..0.9).contains(&chances[most]) {
-                let rest = (1.0 - 0.95 * chances[most]) / (1.0 - chances[most]);
-                let wrong: Vec<f64> = (0..chances.len())
-                    .map(|light| chances[light] * if light == most { 0.95 } else { rest })
+            let p_value = frequencies(&seen, &pmfs, f64::from(DRAWS));
+            assert!(p_value > level, "{count} lights: the choice follows the pmf with p = {p_value:e}");
+            // Negative control: the most likely light is chosen too seldom by a twentieth. Only if its probability is
+            // neither small nor near one, and the others are few enough for the difference to be significant.
+            let most = (0..pmfs.len()).max_by(|&a, &b| pmfs[a].total_cmp(&pmfs[b])).unwrap();
+            if count < 100 && (0.1..0.9).contains(&pmfs[most]) {
+                let rest = (1.0 - 0.95 * pmfs[most]) / (1.0 - pmfs[most]);
+                let wrong: Vec<f64> = (0..pmfs.len())
+                    .map(|light| pmfs[light] * if light == most { 0.95 } else { rest })
                     .collect();
                 assert!(
                     frequencies(&seen, &wrong, f64::from(DRAWS)) < level,
-                    "{count} lights: 5% are not seen"
+                    "{count} lights: an error of 5% is not detected"
                 );
                 controls += 1;
             }
@@ -331,25 +335,25 @@ fn lights_are_chosen_as_often_as_their_chances_say() {
     assert!(controls >= 5, "only {controls} controls");
 }
 
-/// The p-value of counts against chances.
-fn frequencies(seen: &[f64], chances: &[f64], draws: f64) -> f64 {
-    let expected: Vec<f64> = chances.iter().map(|chance| chance * draws).collect();
+/// The p-value of counts against probabilities.
+fn frequencies(seen: &[f64], pmfs: &[f64], draws: f64) -> f64 {
+    let expected: Vec<f64> = pmfs.iter().map(|pmf| pmf * draws).collect();
     let outcome = pearson(seen, &expected);
-    // Where one light takes all, there is nothing to compare.
+    // If one light has probability one, there is nothing to compare.
     if outcome.degrees == 0 { 1.0 } else { outcome.p }
 }
 
-/// Variance of the estimate by one light, over the square of what is estimated: Σ c²/chance − (Σ c)².
-fn relative_variance(contributions: &[f64], chances: impl Fn(usize) -> f64) -> f64 {
+/// The variance of the estimate by one light, relative to the squared expectation: Σ c²/pmf − (Σ c)².
+fn relative_variance(contributions: &[f64], pmf: impl Fn(usize) -> f64) -> f64 {
     let sum: f64 = contributions.iter().sum();
     let lit = contributions.iter().enumerate().filter(|(_, c)| **c > 0.0);
-    let second: f64 = lit.map(|(light, c)| c * c / chances(light)).sum();
+    let second: f64 = lit.map(|(light, c)| c * c / pmf(light)).sum();
     (second - sum * sum) / (sum * sum)
 }
 
 #[test]
-fn with_two_hundred_lights_the_tree_has_a_small_part_of_the_variance_of_chance() {
-    // Small lamps a little above a floor, which is where most are far away.
+fn with_two_hundred_lights_the_tree_has_a_small_fraction_of_the_variance_of_uniform_choice() {
+    // Small lights slightly above a floor, most of which are distant.
     let stream = &mut Stream::new(44, 0, 0);
     const LIGHTS: u32 = 200;
     let mut table = LightTable::default();
@@ -369,7 +373,7 @@ fn with_two_hundred_lights_the_tree_has_a_small_part_of_the_variance_of_chance()
         let (p, n) = (narrow(p), narrow(DVec3::Z));
         let contributions: Vec<f64> = (0..LIGHTS).map(|light| contribution(&table, light, p, n, 2)).collect();
         tree += relative_variance(&contributions, |light| {
-            f64::from(table.chance(p, n, Wrapping(light as u32), true))
+            f64::from(table.pmf(p, n, Wrapping(light as u32), true))
         });
         uniform += relative_variance(&contributions, |_| 1.0 / f64::from(LIGHTS));
     }

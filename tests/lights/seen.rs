@@ -7,9 +7,9 @@ use stride::light::LightSample;
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Ray, Vec3};
 use stride::scene::Entity;
-use stride::world::{CompiledScene, Finder, World, compile};
+use stride::world::{AcceleratorChoice, CompiledScene, World, compile};
 
-/// A scene of one light, seen from a point.
+/// A scene with one light, seen from a point.
 pub(super) struct Seen {
     pub(super) tables: CompiledScene,
     pub(super) world: World,
@@ -20,14 +20,14 @@ impl Seen {
     pub(super) fn new(light: Entity, p: DVec3) -> Seen {
         let (tables, surfaces) =
             compile(&scene(vec![matte([0.5; 3])], vec![emitting(light, 1.0)]), 16, 16).unwrap();
-        Seen { tables, world: World::new(&surfaces, Finder::Simple), p }
+        Seen { tables, world: World::new(&surfaces, AcceleratorChoice::Simple), p }
     }
 
     pub(super) fn sample(&self, u: [f32; 4]) -> LightSample<f32> {
         self.tables.lights.sample(Wrapping(0), narrow(self.p), [u[0], u[1]])
     }
 
-    /// The density of a direction, as an integrator finds it: where a ray meets the side that emits.
+    /// The density of a direction, as for an integrator: where a ray hits the emitting side.
     pub(super) fn pdf(&self, d: Vec3<f32>) -> f32 {
         let ray = Ray::new(narrow(self.p), d);
         let hit = self.world.intersect(&ray, true);
@@ -43,7 +43,7 @@ impl Seen {
     }
 }
 
-/// A rectangle of 2 by 1 seen from `p` in front of its middle, as [`sheet`].
+/// A rectangle of 2 by 1 seen from `p` in front of its centre, like [`sheet`].
 pub(super) fn window(p: DVec3) -> (Seen, Polar) {
     let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
     let (a, b) = (s * 2.0, t);
@@ -62,8 +62,8 @@ pub(super) fn ball(distance: f64) -> (Seen, Polar) {
     (Seen::new(light, CENTRE + away * distance), Polar::new(-away, DVec3::X))
 }
 
-/// A quad with sides of 2 and 1, not at a right angle, seen from `p` in front of its middle: across, along,
-/// and above it. Around its normal it fills a compact box of angles, however flat it is seen.
+/// A quad with sides of 2 and 1, not perpendicular, seen from `p` in front of its centre: across, along, and above it.
+/// Around its normal it covers a compact box of angles, however flat it appears.
 pub(super) fn sheet(p: DVec3) -> (Seen, Polar) {
     let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
     let (a, b) = (s * 2.0, s * 0.3 + t);
@@ -80,18 +80,18 @@ pub(super) fn screen(p: DVec3) -> (Seen, Polar) {
     let (s, t) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0));
     scene.entities = vec![Entity { emission_texture: Some(0), ..quad(CENTRE, s * 2.0, s * 0.3 + t, 6) }];
     let (tables, surfaces) = compile(&scene, 16, 16).unwrap();
-    (Seen { tables, world: World::new(&surfaces, Finder::Simple), p }, polar)
+    (Seen { tables, world: World::new(&surfaces, AcceleratorChoice::Simple), p }, polar)
 }
 
-/// A disk of radius 1 seen from `p`: across it, and above.
+/// A disk of radius 1 seen from `p`: across it, and above it.
 pub(super) fn plate(p: DVec3) -> (Seen, Polar) {
     let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
     let p = CENTRE + s * p.x + t * p.y + n * p.z;
     (Seen::new(disk(CENTRE, n, 1.0, 0), p), Polar::new(-n, CENTRE - p))
 }
 
-/// A cylinder of radius ½ and length 2 seen from `p`: across its axis, and along it, from its middle. What is seen
-/// from inside of it, or through an end, shines inwards.
+/// A cylinder of radius ½ and length 2 seen from `p`: across its axis, and along it from its middle. One seen from
+/// inside, or through an end, emits inwards.
 pub(super) fn tube(p: DVec3) -> (Seen, Polar) {
     let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
     let light = cylinder(CENTRE - n, CENTRE + n, 0.5, 0);
@@ -103,35 +103,35 @@ pub(super) fn tube(p: DVec3) -> (Seen, Polar) {
 pub(super) fn all() -> Vec<(&'static str, (Seen, Polar))> {
     vec![
         ("a sphere", ball(3.0)),
-        ("a sphere far away", ball(200.0)),
-        ("a sphere close by", ball(1.05)),
+        ("a distant sphere", ball(200.0)),
+        ("a near sphere", ball(1.05)),
         ("a sphere at grazing distance", ball(1.0005)),
         ("a sphere from its centre", ball(0.0)),
         ("a sphere from inside", ball(0.5)),
         ("a sphere from inside, near its wall", ball(0.95)),
         ("a quad", sheet(v(0.2, 0.1, 2.0))),
-        ("a quad far away", sheet(v(30.0, -50.0, 100.0))),
-        ("a quad close by", sheet(v(0.3, 0.1, 0.1))),
+        ("a distant quad", sheet(v(30.0, -50.0, 100.0))),
+        ("a near quad", sheet(v(0.3, 0.1, 0.1))),
         ("a quad aside", sheet(v(-3.0, 2.0, 1.0))),
         ("a quad almost edge-on", sheet(v(3.0, 0.0, 0.02))),
         ("a rectangle", window(v(0.2, 0.1, 2.0))),
         ("a rectangle at the least solid angle", window(v(1.5, 1.0, 7.6))),
-        ("a rectangle far away", window(v(30.0, -50.0, 100.0))),
-        ("a rectangle close by", window(v(0.3, 0.1, 0.1))),
-        ("a rectangle all but touched", window(v(0.3, 0.1, 0.003))),
+        ("a distant rectangle", window(v(30.0, -50.0, 100.0))),
+        ("a near rectangle", window(v(0.3, 0.1, 0.1))),
+        ("a rectangle almost touched", window(v(0.3, 0.1, 0.003))),
         ("a rectangle aside", window(v(-3.0, 2.0, 1.0))),
         ("a rectangle almost edge-on", window(v(2.0, 0.0, 0.2))),
         ("a screen", screen(v(0.2, 0.1, 2.0))),
         ("a screen close by", screen(v(0.3, 0.1, 0.3))),
         ("a screen aside", screen(v(-3.0, 2.0, 1.0))),
         ("a disk", plate(v(0.2, 0.1, 2.0))),
-        ("a disk far away", plate(v(30.0, -50.0, 100.0))),
-        ("a disk close by", plate(v(0.3, 0.1, 0.1))),
+        ("a distant disk", plate(v(30.0, -50.0, 100.0))),
+        ("a near disk", plate(v(0.3, 0.1, 0.1))),
         ("a disk aside", plate(v(-3.0, 2.0, 1.0))),
         ("a cylinder", tube(v(1.0, 2.0, 0.3))),
-        ("a cylinder far away", tube(v(40.0, 90.0, -20.0))),
-        ("a cylinder close by", tube(v(0.3, 0.45, 0.2))),
-        ("a cylinder all but touched", tube(v(0.3, 0.4002, 0.2))),
+        ("a distant cylinder", tube(v(40.0, 90.0, -20.0))),
+        ("a near cylinder", tube(v(0.3, 0.45, 0.2))),
+        ("a cylinder almost touched", tube(v(0.3, 0.4002, 0.2))),
         ("a cylinder from beyond its end", tube(v(0.5, -0.4, 2.0))),
         ("a cylinder from far beyond its end", tube(v(1.0, 0.5, -20.0))),
         ("a cylinder from inside", tube(v(0.2, 0.1, 0.3))),

@@ -1,4 +1,4 @@
-//! No two files of a room import each other, not by way of others either.
+//! No two files of a module import each other, directly or indirectly.
 
 use crate::paths::paths;
 use crate::sources::{module_of, sources, src};
@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// The modules of a crate: what their files say.
+/// The modules of a crate, with their contents.
 #[derive(Default)]
 struct Modules {
-    /// Tokens by the module's path from the crate's root, tests left out.
+    /// Tokens by the module's path from the crate's root, without tests.
     tokens: BTreeMap<Vec<String>, Vec<String>>,
 }
 
@@ -22,7 +22,7 @@ impl Modules {
         }
     }
 
-    /// The modules of the same room that each module takes something from.
+    /// The modules of the same room from which each module imports.
     fn imports(&self) -> BTreeMap<&[String], BTreeSet<&[String]>> {
         let mut imports = BTreeMap::new();
         for (module, tokens) in &self.tokens {
@@ -35,20 +35,20 @@ impl Modules {
         imports
     }
 
-    /// The module that defines what a path from the crate's root leads to, through the names that modules pass on.
+    /// The module that defines the target of a path from the crate's root, with re-exports resolved.
     fn definer(&self, path: &[String], passed_on: usize) -> Option<&[String]> {
         let depth = (1..=path.len()).rev().find(|&depth| self.tokens.contains_key(&path[..depth]))?;
         let (module, tokens) = self.tokens.get_key_value(&path[..depth])?;
         let Some(name) = path.get(depth) else { return Some(module) };
         let known = paths(tokens, module);
-        // A name that the module itself knows from elsewhere; no name goes through many hands.
+        // A name that the module imports itself; chains of re-exports are short.
         match known.iter().find(|named| named.known == *name && named.path != path) {
             Some(named) if passed_on < 8 => self.definer(&named.path, passed_on + 1),
             _ => Some(module),
         }
     }
 
-    /// Groups of modules of which each takes something from each other, be it by way of others.
+    /// Groups of modules that import from each other, directly or indirectly.
     fn circles(&self) -> Vec<Vec<String>> {
         let imports = self.imports();
         let reached = |from: &[String]| {
@@ -74,7 +74,7 @@ impl Modules {
     }
 }
 
-/// Tokens without modules and functions that only tests have.
+/// Tokens without modules and functions for tests.
 fn without_tests(tokens: Vec<String>) -> Vec<String> {
     let mut kept = Vec::new();
     let mut i = 0;
@@ -120,14 +120,14 @@ fn no_two_files_of_a_room_import_each_other() {
 }
 
 #[test]
-fn circles_are_found_in_all_the_ways_that_they_can_be_written() {
+fn cycles_are_found_in_every_notation() {
     let circles = |files: &[(&str, &str)]| {
         let mut modules = Modules::default();
         files.iter().for_each(|(file, source)| modules.add(Path::new(file), source));
         modules.circles()
     };
     let pair = [vec!["film::noise".to_owned(), "film::plan".to_owned()]];
-    // Both ways, by whatever path; by way of what the folder passes on; not in tests.
+    // Both ways, by any path; by way of re-exports of the folder; not in tests.
     let there = ("film/noise.rs", "use super::plan::Plan;");
     assert_eq!(circles(&[there, ("film/plan.rs", "use super::noise::{self, Noise};")]), pair);
     assert_eq!(circles(&[there, ("film/plan.rs", "fn f() -> crate::film::noise::Noise {}")]), pair);
@@ -146,7 +146,7 @@ fn circles_are_found_in_all_the_ways_that_they_can_be_written() {
         circles(&[there, ("film/plan.rs", "#[cfg(test)] mod tests { use crate::film::noise; }")]).len(),
         0
     );
-    // Through a third; by a folder's own file, unless that only passes its parts on.
+    // Through a third module; by a folder's own file, unless it only re-exports its parts.
     let third = [
         ("film/a.rs", "use super::b::B;"),
         ("film/b.rs", "use super::c::C;"),

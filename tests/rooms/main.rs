@@ -1,4 +1,4 @@
-//! Rules that the sources keep: which modules import which, and where rays are made.
+//! Rules for the sources: the imports of modules, and the construction of rays.
 
 mod circles;
 mod order;

@@ -32,7 +32,7 @@ fn rank(room: &str) -> Option<usize> {
     ROOMS.iter().position(|&r| r == room)
 }
 
-/// The rooms that a path at the crate's root names: `a::…`, `{a::…, b}`, `*`. Starts after the `::`.
+/// The rooms to which a path at the crate's root refers: `a::…`, `{a::…, b}`, `*`. Starts after the `::`.
 fn named(tokens: &[String]) -> Vec<String> {
     match tokens.first().map(String::as_str) {
         Some("{") => {
@@ -60,7 +60,7 @@ fn named(tokens: &[String]) -> Vec<String> {
     }
 }
 
-/// What a source, at a path below `src`, imports that it must not.
+/// The forbidden imports of a source, given by its path below `src`.
 fn violations(file: &Path, source: &str) -> Vec<String> {
     let mut module = module_of(file);
     let Some(own) = module.first().cloned() else { return Vec::new() };
@@ -88,7 +88,7 @@ fn violations(file: &Path, source: &str) -> Vec<String> {
             "crate" if at(i + 1) == "::" => {
                 judge(&named(&tokens[i + 2..]), own_rank, file, &mut found);
             }
-            // `pub(crate)` names no room; anything else could be an alias for the root.
+            // `pub(crate)` refers to no room; anything else could be an alias for the root.
             "crate" if !(at(i - 1) == "(" && at(i + 1) == ")") => {
                 found.push(format!("{}: the crate itself, by another name", file.display()));
             }
@@ -146,9 +146,9 @@ fn the_map_shows_the_rooms_in_their_order() {
 }
 
 #[test]
-fn ways_round_the_order_are_caught() {
+fn violations_of_the_order_are_detected() {
     let found = |file: &str, source: &str| violations(Path::new(file), source).len();
-    // Upwards, sideways and within: fine.
+    // Upwards, sideways and within: allowed.
     assert_eq!(found("world/simple.rs", "use crate::math::Ray; use super::Hit; use crate::world::Union;"), 0);
     assert_eq!(found("world/mod.rs", "use crate::{math::{Float, Ray}, shape::Shape};"), 0);
     assert_eq!(found("film/sums.rs", "mod tests { use super::*; use super::super::Picture; }"), 0);
@@ -157,7 +157,7 @@ fn ways_round_the_order_are_caught() {
         0
     );
     assert_eq!(found("math/ray.rs", "const A: &str = \"use crate::film\"; const B: char = '\"';"), 0);
-    // Downwards, in all the ways that it can be written.
+    // Downwards, in every notation.
     assert_eq!(found("math/ray.rs", "use crate::film::Film;"), 1);
     assert_eq!(found("math/ray.rs", "fn f() -> crate::film::Film { todo() }"), 1);
     assert_eq!(found("shape/plane.rs", "use crate::{math::{Ray, Vec3}, world::World, film};"), 2);

@@ -1,20 +1,20 @@
 //! The paths to other modules in a source.
 
-/// A path as a source has it.
+/// A path in a source.
 pub(crate) struct Named {
     /// From the crate's root.
     pub(crate) path: Vec<String>,
-    /// The name by which the source knows what it leads to.
+    /// The name by which the source refers to its target.
     pub(crate) known: String,
-    /// Whether the source only passes it on, as by `pub use`.
+    /// Whether the source only re-exports it, as by `pub use`.
     pub(crate) is_passed_on: bool,
 }
 
-/// The paths in some tokens that begin with `crate`, `super` or `self`, from the crate's root, with the names by which
-/// a `use` makes what they lead to known. A path within a module that the tokens open counts as the outer module's.
+/// The paths in some tokens that begin with `crate`, `super` or `self`, from the crate's root, with the names that a
+/// `use` gives their targets. A path within a module that the tokens open counts as the outer module's.
 pub(crate) fn paths(tokens: &[String], module: &[String]) -> Vec<Named> {
     let mut found = Vec::new();
-    // Since the last `use` of a `pub use`: what comes up to the semicolon is passed on.
+    // Since the last `use` of a `pub use`: paths up to the semicolon are re-exported.
     let mut passes_on = false;
     let mut i = 0;
     while i < tokens.len() {
@@ -43,7 +43,7 @@ pub(crate) fn paths(tokens: &[String], module: &[String]) -> Vec<Named> {
             && tokens.get(i + 2).is_some_and(|next| next == "::")
             && tokens[i + 1] != "::"
         {
-            // Of a module of its own: `pub use simple::Simple`.
+            // A path to a module of its own: `pub use simple::Simple`.
             if !matches!(tokens[i + 1].as_str(), "crate" | "super" | "self") {
                 i = tree(tokens, i + 1, module, passes_on, &mut found);
                 continue;
@@ -64,7 +64,7 @@ fn is_part(tokens: &[String], i: usize) -> bool {
     is_path && tokens.windows(3).any(|some| some[0] == "mod" && some[1] == tokens[i] && some[2] == ";")
 }
 
-/// A tree of names behind a path; returns where it ends.
+/// A tree of names behind a path; returns the index of its end.
 fn tree(
     tokens: &[String],
     mut at: usize,

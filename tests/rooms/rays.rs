@@ -1,10 +1,10 @@
-//! Integrators make no rays of their own.
+//! Integrators construct no rays.
 
 use crate::sources::{sources, src};
 use crate::tokens::tokens;
 use std::fs;
 
-/// Whether a source makes a ray out of numbers, be it only its origin.
+/// Whether a source constructs a ray from numbers, even if only its origin.
 fn makes_rays(source: &str) -> bool {
     let tokens = tokens(source);
     let is_field = |token: &str| ["o", "d", "time", "."].contains(&token);

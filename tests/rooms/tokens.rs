@@ -1,6 +1,6 @@
-//! What a source says, word by word.
+//! The tokens of a source.
 
-/// Words and punctuation of a source, without comments and the insides of strings.
+/// Words and punctuation of a source, without comments and the contents of strings.
 pub(crate) fn tokens(source: &str) -> Vec<String> {
     let mut tokens = Vec::new();
     let mut rest = source;
@@ -65,7 +65,7 @@ fn raw_string(text: &str) -> Option<usize> {
     Some(text.len() - body.len() + close)
 }
 
-/// Whether a quote opens a character and no lifetime.
+/// Whether a quote starts a character literal and not a lifetime.
 fn is_char(text: &str) -> bool {
     let mut chars = text[1..].chars();
     matches!((chars.next(), chars.next()), (Some('\\'), _) | (Some(_), Some('\'')))

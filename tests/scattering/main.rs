@@ -1,6 +1,6 @@
-//! BxDFs: their directions follow their densities, they make no energy, and they are reciprocal.
+//! BxDFs: directions follow their densities, energy is not created, and scattering is reciprocal.
 //!
-//! Directions are judged at the level stated in `common::chi_square`, frequencies at [`LEVEL`] together.
+//! Directions are tested at the significance level stated in `common::chi_square`, frequencies at [`LEVEL`] together.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -21,7 +21,7 @@ use stride::math::{Rgb, Vec3};
 use stride::sampling::{Stream, warp};
 use stride::scene::{ConductorParameters, DielectricParameters};
 
-/// The probability that any of the frequencies in a test is judged wrongly.
+/// The probability that any of the frequencies in a test is rejected although it is correct.
 const LEVEL: f64 = 0.01;
 
 fn rgb(c: [f32; 3]) -> Rgb<f32> {
@@ -34,7 +34,7 @@ fn direction(cos: f64, phi: f64) -> Vec3<f32> {
     narrow(DVec3::new(sin * phi.cos(), sin * phi.sin(), cos))
 }
 
-/// Directions on both sides, from along the normal to grazing.
+/// Directions on both sides, from the normal to grazing.
 fn directions() -> [Vec3<f32>; 8] {
     [1.0, 0.8, 0.3, 0.01, -0.02, -0.4, -0.9, -1.0].map(|cos| direction(cos, 1.0 + 2.0 * cos))
 }
@@ -43,10 +43,10 @@ fn uniform(u: [f32; 4]) -> Vec3<f32> {
     warp::uniform_sphere([u[0], u[1]])
 }
 
-/// What paths from the camera carry.
+/// The mode of paths from the camera.
 const MODE: TransportMode = TransportMode::Radiance;
 
-/// Of a metal between copper and gold.
+/// The index of a metal between copper and gold.
 fn conductor(roughness: [f64; 2]) -> Row {
     let (eta, k) = (Some([0.2, 0.9, 1.1]), Some([3.9, 2.4, 2.2]));
     ConductorParameters { metal: None, eta, k, roughness }.row()
@@ -124,14 +124,14 @@ fn follows(bxdf: &impl Bxdf<f32>, wo: Vec3<f32>, seed: u32) -> Outcome {
     let normal = DVec3::Z * f64::from(wo.z.signum());
     let sample = |u: [f32; 4]| {
         let sample = bxdf.sample(wo, [u[0], u[1]], u[2], MODE);
-        // Rough surfaces may lose light between their microfacets.
+        // Rough surfaces may lose energy by multiple scattering between microfacets.
         (sample.pdf > 0.0).then_some(sample.wi)
     };
     compare_some(Polar::new(normal, DVec3::X), seed, sample, |wi| bxdf.pdf(wo, wi))
 }
 
 #[test]
-fn the_statistics_are_those_of_the_tables() {
+fn statistics_match_published_tables() {
     check_against_tables();
 }
 
@@ -140,7 +140,7 @@ fn lambertian_directions_follow_their_density() {
     let wos = directions();
     let lambertian = Lambertian { reflectance: rgb([0.5; 3]) };
     for (i, &wo) in wos.iter().enumerate() {
-        // By itself, and as the matte material of a table.
+        // Separately, and as the matte material of a table.
         for outcome in [follows(&lambertian, wo, 10 + i as u32), follows(&bsdf(0), wo, 50 + i as u32)] {
             assert!(outcome.agrees(2 * wos.len()), "{wo:?}: {outcome:?}");
         }
@@ -148,7 +148,7 @@ fn lambertian_directions_follow_their_density() {
 }
 
 #[test]
-fn a_sample_carries_the_density_and_the_weight_of_its_direction() {
+fn a_sample_has_the_density_and_the_weight_of_its_direction() {
     let matte = bsdf(0);
     for wo in directions() {
         for i in 0..20_000 {
@@ -164,16 +164,16 @@ fn a_sample_carries_the_density_and_the_weight_of_its_direction() {
     }
 }
 
-/// A Lambertian with a fault in how it samples.
+/// A Lambertian lobe with an error in its sampling.
 #[derive(Clone, Copy)]
 enum Fault {
     /// The density is 2% too high everywhere.
     Scaled,
     /// The density is 2% too high on one half and too low on the other.
     Tilted,
-    /// Directions are uniform over the hemisphere: the cosine was dropped.
+    /// Directions are uniform over the hemisphere, without the cosine.
     Uniform,
-    /// Everything goes to one side, wherever light comes from.
+    /// All light goes to one side, wherever it comes from.
     OneSided,
 }
 
@@ -207,16 +207,16 @@ impl Bxdf<f32> for Fault {
 }
 
 #[test]
-fn wrong_densities_and_dropped_cosines_are_noticed() {
+fn wrong_densities_and_missing_cosines_are_detected() {
     for fault in [Fault::Scaled, Fault::Tilted, Fault::Uniform, Fault::OneSided] {
-        // Below the surface, where all four are wrong.
+        // From below the surface, where all four are wrong.
         let outcome = follows(&fault, direction(-0.4, 0.3), 90);
-        // Against a far stricter level than that of the proofs.
+        // At a much stricter level than that of the other tests.
         assert!(!outcome.agrees(1_000_000), "fault {}: {outcome:?}", fault as u32);
     }
 }
 
-/// Fresnel's reflectance of unpolarised light, from the sines and tangents of his own formulas.
+/// The Fresnel reflectance of unpolarised light, from sines and tangents.
 fn fresnel(cos_i: f64, eta: f64) -> f64 {
     let i = cos_i.acos();
     let sin_t = i.sin() / eta;
@@ -232,14 +232,14 @@ fn fresnel(cos_i: f64, eta: f64) -> f64 {
     (s + p) / 2.0
 }
 
-/// Snell's law with vectors: −wo/η, and along the normal what makes the length one.
+/// Snell's law with vectors: −wo/η, plus a component along the normal that makes the length one.
 fn snell(wo: DVec3, eta: f64) -> DVec3 {
     let across = DVec3::new(wo.x, wo.y, 0.0) * (-1.0 / eta);
     across - DVec3::Z * wo.z.signum() * (1.0 - across.length_squared()).max(0.0).sqrt()
 }
 
 #[test]
-fn a_mirror_sends_everything_where_it_came_from_turned_about_the_normal() {
+fn a_mirror_reflects_about_the_normal() {
     let mirror = SpecularReflection { reflectance: rgb([0.7, 0.4, 0.2]) };
     for wo in directions() {
         let expected = DVec3::Z * (2.0 * wide(wo).z) - wide(wo);
@@ -257,8 +257,14 @@ fn a_mirror_sends_everything_where_it_came_from_turned_about_the_normal() {
     }
 }
 
-/// How often glass reflects, as z against a given reflectance; each direction and weight is checked.
-fn z_of_reflections(glass: &impl Bxdf<f32>, [r, t]: [f64; 2], ior: f64, wo: Vec3<f32>, chance: f64) -> f64 {
+/// The frequency of reflection by glass, as z for a given reflectance; each direction and weight is checked.
+fn z_of_reflections(
+    glass: &impl Bxdf<f32>,
+    [r, t]: [f64; 2],
+    ior: f64,
+    wo: Vec3<f32>,
+    probability: f64,
+) -> f64 {
     const DRAWS: u32 = 1_000_000;
     let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
     let w = wide(wo);
@@ -275,36 +281,39 @@ fn z_of_reflections(glass: &impl Bxdf<f32>, [r, t]: [f64; 2], ior: f64, wo: Vec3
         assert!(off < 1e-4, "{wo:?}: {sample:?}, not {weight}");
     }
     let n = f64::from(DRAWS);
-    let noise = (n * chance * (1.0 - chance)).sqrt();
-    let off = f64::from(reflections) - n * chance;
+    let noise = (n * probability * (1.0 - probability)).sqrt();
+    let off = f64::from(reflections) - n * probability;
     if noise < 1e-3 { if off == 0.0 { 0.0 } else { f64::INFINITY } } else { off / noise }
 }
 
 #[test]
-fn glass_reflects_and_refracts_as_often_as_fresnel_says() {
+fn glass_reflects_and_refracts_in_the_proportion_of_fresnel() {
     let glasses = [(2, 1.5, [1.0, 1.0]), (3, 0.75, [0.8, 0.9])];
     let wos = directions();
     let level = sidak(LEVEL, glasses.len() * wos.len());
     for (index, ior, tints) in glasses {
         for wo in wos {
             let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
-            let chance = fresnel(f64::from(wo.z.abs()).min(1.0), eta);
-            let z = z_of_reflections(&bsdf(index), tints, ior, wo, chance);
+            let probability = fresnel(f64::from(wo.z.abs()).min(1.0), eta);
+            let z = z_of_reflections(&bsdf(index), tints, ior, wo, probability);
             assert!(normal_tails(z) > level, "ior {ior}, {wo:?}: off by {z} σ");
-            // Negative control: a reflectance, or a transmittance where that is the lesser, 2% off.
-            if chance > 0.01 && chance < 0.99 {
-                let wrong = if chance < 0.5 { 1.02 * chance } else { 1.0 - 1.02 * (1.0 - chance) };
+            // Negative control: the smaller of reflectance and transmittance is off by 2%.
+            if probability > 0.01 && probability < 0.99 {
+                let wrong =
+                    if probability < 0.5 { 1.02 * probability } else { 1.0 - 1.02 * (1.0 - probability) };
                 let z = z_of_reflections(&bsdf(index), tints, ior, wo, wrong);
-                let enough = (1e6 * chance.min(1.0 - chance)).sqrt() * 0.02 > 8.0;
-                assert!(!enough || normal_tails(z) < level, "ior {ior}, {wo:?}: 2% are not seen, {z} σ");
+                let enough = (1e6 * probability.min(1.0 - probability)).sqrt() * 0.02 > 8.0;
+                assert!(
+                    !enough || normal_tails(z) < level,
+                    "ior {ior}, {wo:?}: an error of 2% is not detected, {z} σ"
+                );
             }
         }
     }
 }
 
-/// The light that leaves towards `wo` when all around is white, with its standard error: by the BxDF's own
-/// directions. Radiance is squeezed where it passes into glass; `scale`, of the relative index of refraction, undoes
-/// that.
+/// The light towards `wo` in a white environment, with its standard error, by BxDF samples. Refraction into glass
+/// concentrates radiance; `scale`, a function of the relative index of refraction, compensates for that.
 fn albedo<B: Bxdf<f32>>(
     bxdf: &B,
     wo: Vec3<f32>,
@@ -325,8 +334,8 @@ fn albedo<B: Bxdf<f32>>(
     (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
 }
 
-/// ∫ f·|cos| over all directions by the midpoint rule, whose error for a smooth f and this many points is
-/// below 10⁻⁴.
+/// ∫ f·|cos| over all directions by the midpoint rule, whose error for a smooth f and this number of points is below
+/// 10⁻⁴.
 fn integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>) -> f64 {
     scaled_integral(bxdf, wo, |_| 1.0)
 }
@@ -336,7 +345,7 @@ fn scaled_integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, scale: impl Fn(Vec3<f3
     const N: u32 = 256;
     let mut sum = 0.0;
     for i in 0..N {
-        // By angles, as lobes may be narrow around the normal.
+        // By angles, because lobes may be narrow around the normal.
         let theta = (f64::from(i) + 0.5) / f64::from(N) * PI;
         let (cos, sin) = (theta.cos(), theta.sin());
         for k in 0..N {
@@ -347,8 +356,8 @@ fn scaled_integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, scale: impl Fn(Vec3<f3
     sum * PI * TAU / f64::from(N * N)
 }
 
-/// Whether no more light leaves than arrives: exactly, and by the BxDF's own directions at five standard
-/// errors, which by chance happens once in three million times; 10⁻⁴ are for rounding and quadrature.
+/// Checks that no more light leaves than arrives: exactly, and by BxDF samples at five standard errors, which fails by
+/// chance once in three million times. 10⁻⁴ are for rounding and quadrature.
 fn conserves<B: Bxdf<f32>>(bxdf: &B, mode: TransportMode, scale: impl Fn(f32) -> f32) -> bool {
     directions().into_iter().all(|wo| {
         let (mean, error) = albedo(bxdf, wo, mode, &scale);
@@ -356,7 +365,7 @@ fn conserves<B: Bxdf<f32>>(bxdf: &B, mode: TransportMode, scale: impl Fn(f32) ->
     })
 }
 
-/// Whether f is the same both ways.
+/// Whether f is symmetric.
 fn reciprocal<B: Bxdf<f32>>(bxdf: &B) -> bool {
     (0..20_000).all(|i| {
         let [a, b, c, d] = draw(7, i);
@@ -367,19 +376,19 @@ fn reciprocal<B: Bxdf<f32>>(bxdf: &B) -> bool {
 }
 
 #[test]
-fn no_bxdf_makes_energy() {
+fn no_bxdf_creates_energy() {
     let none = |_: f32| 1.0;
     assert!(conserves(&Lambertian { reflectance: rgb([1.0; 3]) }, MODE, none));
     assert!(conserves(&SpecularReflection { reflectance: rgb([1.0; 3]) }, MODE, none));
     for (index, bsdf) in bsdfs().into_iter().enumerate() {
         assert!(conserves(&bsdf, MODE, |eta| eta * eta), "material {index}");
-        // Power is not squeezed.
+        // Power is not concentrated by refraction.
         assert!(conserves(&bsdf, TransportMode::Importance, none), "material {index}");
     }
 }
 
 #[test]
-fn what_a_matte_surface_keeps_is_its_reflectance() {
+fn a_matte_surface_scatters_its_reflectance() {
     for wo in directions() {
         let (mean, error) = albedo(&bsdf(0), wo, MODE, |_| 1.0);
         assert!((mean - 0.7).abs() <= 5.0 * error + 1e-6 && (integral(&bsdf(0), wo) - 0.7).abs() < 1e-4);
@@ -394,13 +403,13 @@ fn every_bxdf_is_reciprocal() {
     assert!(reciprocal(&Lambertian { reflectance: rgb([0.7, 0.4, 0.2]) }));
 }
 
-/// How far the passage through glass from `wo` and the one back are from reciprocity: |1 − there/back| of
-/// f·|cos|·η², which flux, unlike radiance, has in common (Veach 1997, §5.2), and where the way back leads.
+/// The deviation from reciprocity of refraction from `wo` and back: |1 − there/back| of f·|cos|·η², which is symmetric
+/// for flux, unlike radiance (Veach 1997, §5.2). Also the direction after the way back.
 fn passage(glass: &SmoothDielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let ior = f64::from(glass.ior);
     let eta = |w: Vec3<f32>| if w.z > 0.0 { ior } else { 1.0 / ior };
-    let [_, Branch { wi, weight: there, chance }] = glass.branches(wo, MODE);
-    if chance <= 0.0 {
+    let [_, Branch { wi, weight: there, probability }] = glass.branches(wo, MODE);
+    if probability <= 0.0 {
         return None;
     }
     let [_, Branch { wi: home, weight: back, .. }] = glass.branches(wi, MODE);
@@ -409,39 +418,39 @@ fn passage(glass: &SmoothDielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> 
 }
 
 #[test]
-fn glass_is_reciprocal_but_for_the_squeeze_of_radiance() {
+fn glass_is_reciprocal_up_to_the_scaling_of_radiance() {
     let (mut passages, mut caught) = (0, 0);
     for ior in [1.5, 0.75, 2.4] {
         let glass = SmoothDielectric { ior, reflectance: rgb([1.0; 3]), transmittance: rgb([0.9; 3]) };
         for i in 0..20_000 {
             let wo = uniform(draw(8, i));
-            // Reflection comes back the same way with the same share.
+            // Reflection returns along the same path with the same weight.
             let [Branch { wi: mirrored, weight: there, .. }, _] = glass.branches(wo, MODE);
             let [Branch { wi: home, weight: back, .. }, _] = glass.branches(mirrored, MODE);
             assert_eq!((home, there), (wo, back));
-            // Next to grazing, f32 has few digits of the cosine left on the denser side.
+            // At nearly grazing directions, f32 has few digits of the cosine left on the denser side.
             if wo.z.abs() < 0.02 || glass.branches(wo, MODE)[1].wi.z.abs() < 0.02 {
                 continue;
             }
             let Some((off, astray)) = passage(&glass, wo, |eta| eta * eta) else { continue };
             passages += 1;
-            // Rounding leaves a cosine c a relative error of about 2⁻²⁴/c², 1.5·10⁻⁴ here at most, a few times over.
+            // Rounding gives a cosine c a relative error of about 2⁻²⁴/c², here at most 1.5·10⁻⁴, a few times over.
             assert!(off < 1e-3 && astray < 1e-4, "ior {ior}, {wo:?}: {off:e}, {astray:e}");
-            // Negative control: without η², or with η, it would not be.
+            // Negative control: without η², or with η, it would not be symmetric.
             let without = passage(&glass, wo, |_| 1.0).is_some_and(|(off, _)| off > 0.1);
             let half = passage(&glass, wo, |eta| eta).is_some_and(|(off, _)| off > 0.1);
             caught += u32::from(without && half);
         }
     }
-    assert!(passages > 30_000 && passages == caught, "{passages} passages, {caught} seen to need η²");
+    assert!(passages > 30_000 && passages == caught, "{passages} refractions, {caught} detected without η²");
 }
 
-/// A BxDF that breaks a law.
+/// A BxDF that violates a law.
 #[derive(Clone, Copy)]
 enum Outlaw {
-    /// Gives back 2% more than it gets.
+    /// Returns 2% more light than it receives.
     Bright,
-    /// Scatters by the cosine of one direction alone.
+    /// Scatters by the cosine of one direction only.
     Lopsided,
 }
 
@@ -452,7 +461,7 @@ impl Bxdf<f32> for Outlaw {
     fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
         let reflectance = match self {
             Outlaw::Bright => 1.02,
-            // 2% at most.
+            // At most 2%.
             Outlaw::Lopsided => 0.5 * (1.0 + 0.02 * wo.z.abs()),
         };
         Lambertian { reflectance: rgb([reflectance; 3]) }.eval(wo, wi, MODE)
@@ -467,15 +476,15 @@ impl Bxdf<f32> for Outlaw {
 }
 
 #[test]
-fn energy_out_of_nothing_and_one_way_scattering_are_noticed() {
+fn created_energy_and_asymmetric_scattering_are_detected() {
     let none = |_: f32| 1.0;
     assert!(!conserves(&Outlaw::Bright, MODE, none) && reciprocal(&Outlaw::Bright));
     assert!(conserves(&Outlaw::Lopsided, MODE, none) && !reciprocal(&Outlaw::Lopsided));
-    // The sampling alone betrays the first.
+    // Only sampling reveals the first.
     let (mean, error) = albedo(&Outlaw::Bright, direction(0.5, 0.0), MODE, |_| 1.0);
     assert!(mean > 1.0 + 5.0 * error + 1e-4);
-    // Glass that forgets the squeeze: seen from outside it gives η² of what it should.
+    // Glass without the factor for radiance: from outside it transmits η² of the correct value.
     assert!(!conserves(&bsdf(2), MODE, |eta| eta.powi(4)));
-    // And power that is squeezed like radiance.
+    // And power with the factor for radiance.
     assert!(!conserves(&bsdf(2), TransportMode::Importance, |eta| eta * eta));
 }

@@ -1,8 +1,8 @@
-//! Rough surfaces: what holds of every BxDF, and of any parameters.
+//! Rough surfaces: the properties of all BxDFs, for any parameters.
 
 use super::*;
 
-/// Some of them: rough surfaces are many.
+/// A selection of rough surfaces.
 fn fewer_directions() -> [Vec3<f32>; 5] {
     [1.0, 0.7, 0.15, -0.02, -0.5].map(|cos| direction(cos, 1.0 + 2.0 * cos))
 }
@@ -19,8 +19,8 @@ fn directions_of_rough_surfaces_follow_their_density() {
     }
 }
 
-/// A rough metal that draws normals of one width and states the density of another, and one that drops the masking of
-/// the normals that it draws.
+/// Faulty rough metals: one samples normals of one width and returns the density of another; one omits the masking of
+/// the sampled normals.
 #[derive(Clone, Copy)]
 enum WrongMetal {
     Narrow,
@@ -57,14 +57,14 @@ impl Bxdf<f32> for WrongMetal {
 }
 
 #[test]
-fn normals_of_another_width_and_normals_that_are_not_seen_are_noticed() {
+fn wrong_widths_and_missing_masking_are_detected() {
     for wrong in [WrongMetal::Narrow, WrongMetal::Unmasked] {
         let outcome = follows(&wrong, direction(0.4, 0.3), 95);
         assert!(!outcome.agrees(1_000_000), "{}: {outcome:?}", wrong as u32);
     }
 }
 
-/// How far f·|cos|/pdf and the density are from those of samples, relative to them, at most.
+/// The largest relative difference of f·|cos|/pdf and of the density from those of samples.
 fn worst_sample(bsdf: &impl Bxdf<f32>, wo: Vec3<f32>, mode: TransportMode) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..20_000 {
@@ -89,7 +89,7 @@ fn worst_sample(bsdf: &impl Bxdf<f32>, wo: Vec3<f32>, mode: TransportMode) -> f6
 }
 
 #[test]
-fn samples_of_rough_surfaces_carry_their_density_and_weight() {
+fn samples_of_rough_surfaces_have_their_density_and_weight() {
     for rough in rough() {
         for wo in directions() {
             for mode in [MODE, TransportMode::Importance] {
@@ -102,10 +102,10 @@ fn samples_of_rough_surfaces_carry_their_density_and_weight() {
     assert!(worst_sample(&WrongMetal::Narrow, direction(0.4, 0.3), MODE) > 5e-3);
 }
 
-/// What rough surfaces scatter by their directions is what they scatter by their function, and is no more than arrives,
-/// where radiance is counted over the square of the index of refraction.
+/// The integral of scattered light is the same by sampling and by evaluation. It is no more than the incident light, if
+/// radiance is divided by the square of the index of refraction.
 #[test]
-fn rough_surfaces_scatter_the_same_by_sampling_and_by_their_function() {
+fn rough_surfaces_scatter_the_same_by_sampling_and_by_evaluation() {
     for rough in rough() {
         let bsdf = rough.bsdf();
         for wo in directions() {
@@ -113,7 +113,7 @@ fn rough_surfaces_scatter_the_same_by_sampling_and_by_their_function() {
             let (power, error_of_power) = albedo(&bsdf, wo, TransportMode::Importance, |_| 1.0);
             assert!(mean <= 1.0 + 5.0 * error + 1e-4, "{}, {wo:?}: {mean}", rough.name);
             assert!((power - mean).abs() <= 5.0 * error_of_power + 1e-4, "{}, {wo:?}: {power}", rough.name);
-            // Along the surface lobes are narrow for the midpoint rule.
+            // At grazing directions, lobes are narrow for the midpoint rule.
             if wo.z.abs() < 0.1 {
                 continue;
             }
@@ -126,7 +126,7 @@ fn rough_surfaces_scatter_the_same_by_sampling_and_by_their_function() {
 }
 
 #[test]
-fn rough_surfaces_are_reciprocal_but_for_the_squeeze_of_radiance() {
+fn rough_surfaces_are_reciprocal_up_to_the_scaling_of_radiance() {
     for rough in rough() {
         let bsdf = rough.bsdf();
         let (mut refracted, mut caught) = (0, 0);
@@ -143,13 +143,13 @@ fn rough_surfaces_are_reciprocal_but_for_the_squeeze_of_radiance() {
                 caught += u32::from((there / back - 1.0).abs() > 0.1);
             }
         }
-        // Negative control: without n² it would not be.
+        // Negative control: without n² it would not be symmetric.
         assert_eq!(refracted, caught);
         assert!(rough.ior == 1.0 || refracted > 1000, "{}: {refracted}", rough.name);
     }
 }
 
-/// Directions from along the normal to along the surface, with some at its very edge.
+/// Directions from the normal to grazing, with some at the very edge.
 fn anywhere(stream: &mut Stream) -> Vec3<f32> {
     let w = uniform([stream.random(), stream.random(), 0.0, 0.0]);
     match stream.random_range(0..8) {
@@ -169,7 +169,7 @@ fn anything(stream: &mut Stream) -> f32 {
     }
 }
 
-/// A row of parameters that are drawn from all that there may be.
+/// A row with random parameters from their whole ranges.
 type Draw = fn(&mut Stream) -> Row;
 
 /// A roughness in [0, 1], as often small as large.
@@ -208,11 +208,11 @@ fn any_conductor(stream: &mut Stream) -> Row {
     ConductorParameters { metal: None, eta: Some(eta), k: Some(k), roughness }.row()
 }
 
-/// With any parameters, from any direction and by any numbers, samples are directions, weights are no more than one,
-/// and nothing is infinite or no number.
+/// For any parameters, directions and numbers, samples are directions, weights are at most one, and nothing is infinite
+/// or NaN.
 #[test]
-fn no_parameters_and_no_directions_give_what_is_no_number() {
-    // Rough matte surfaces are sampled by cosines: single weights may be above one.
+fn no_parameters_and_no_directions_give_nan() {
+    // Rough matte surfaces are sampled by the cosine: single weights may be above one.
     let kinds: [(&str, Draw, f32); 3] =
         [("conductor", any_conductor, 1.0), ("matte", any_matte, 1e6), ("dielectric", any_dielectric, 1.0)];
     let stream = &mut Stream::new(12, 0, 0);

@@ -138,7 +138,7 @@ materials = { grey = { type = "matte", reflectance = [0.5, 0.5, 0.5] } }
 broken!(
     mesh_of_another_format,
     entity(r#"{ type = "mesh", file = "Cargo.toml" }"#, ""),
-    ["5:33: Cargo.toml: a mesh file is a .ply, an .obj, a .glb or a .gltf"]
+    ["5:33: Cargo.toml: unknown kind of mesh file; supported are .ply, .obj, .glb and .gltf"]
 );
 broken!(
     transform_with_matrix_and_scale,
@@ -146,12 +146,12 @@ broken!(
         r#"{ type = "mesh", file = "a.ply", transform = { scale = 2, matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,
         ""
     ),
-    ["5:76: the transform has a matrix and scale, rotate or translate; keep the matrix or the others"]
+    ["5:76: the transform has both matrix and scale, rotate or translate; keep the matrix or the others"]
 );
 broken!(
     transform_that_flattens,
     entity(r#"{ type = "mesh", file = "a.ply", transform = { scale = [1, 0, 1] } }"#, ""),
-    ["5:64: the transform makes everything flat"]
+    ["5:64: the transform is singular"]
 );
 broken!(
     transform_matrix_that_flattens,
@@ -159,7 +159,7 @@ broken!(
         r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 5]] } }"#,
         ""
     ),
-    ["5:65: the transform makes everything flat"]
+    ["5:65: the transform is singular"]
 );
 broken!(
     transform_matrix_of_two_rows,
@@ -274,7 +274,7 @@ broken!(
 broken!(
     power_of_a_plane,
     entity(r#"{ type = "plane", normal = [0, 0, 1], distance = 0 }"#, "power = [1, 1, 1]"),
-    ["7:9: power needs a surface that is bounded and has an area; give emission instead"]
+    ["7:9: power needs a bounded surface with an area; give emission instead"]
 );
 broken!(
     power_of_a_speck,

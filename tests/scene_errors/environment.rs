@@ -1,4 +1,4 @@
-//! Environments, and the pictures that they name.
+//! Environments and their pictures.
 
 use super::*;
 use std::fs;
@@ -32,7 +32,7 @@ broken!(
 broken!(
     a_picture_of_tiles,
     environment("file = \"sky.<UDIM>.exr\""),
-    [r#"2:8: the environment is one picture, and "<UDIM>" stands for many"#]
+    [r#"2:8: the environment needs a single picture, but "<UDIM>" stands for several"#]
 );
 broken!(a_picture_without_a_name, environment("file = \"\""), ["2:8: file must not be empty"]);
 broken!(a_picture_that_is_a_number, environment("file = 7"), ["2:8: file must be a string, not an integer"]);
@@ -70,9 +70,9 @@ broken!(
     keys_of_a_picture_that_is_not_there,
     environment("radiance = [1, 1, 1]\nscale = 2\nrotate = 90\nup = [0, 1, 0]"),
     [
-        "3:9: scale is for a picture, and the environment has none; name a picture by file, or take scale away",
-        "4:10: rotate is for a picture, and the environment has none; name a picture by file, or take rotate away",
-        "5:6: up is for a picture, and the environment has none; name a picture by file, or take up away",
+        "3:9: scale applies to a picture, and the environment has none; add a picture with file, or remove scale",
+        "4:10: rotate applies to a picture, and the environment has none; add a picture with file, or remove rotate",
+        "5:6: up applies to a picture, and the environment has none; add a picture with file, or remove up",
     ]
 );
 broken!(
@@ -87,7 +87,7 @@ broken!(
 );
 
 #[test]
-fn broken_pictures_are_told_where_the_environment_names_them() {
+fn unreadable_pictures_are_reported_at_their_key() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("box.toml");
     let told = |name: &str, bytes: &[u8]| {
@@ -97,23 +97,26 @@ fn broken_pictures_are_told_where_the_environment_names_them() {
     };
     let png = fs::read("docs/pictures/cover.png").expect("a picture");
     let half = told("half.png", &png[..png.len() / 2]);
-    assert!(half.contains("box.toml:2:8: ") && half.contains("this is no whole PNG file"), "{half}");
+    assert!(half.contains("box.toml:2:8: ") && half.contains("this is not a complete PNG file"), "{half}");
     let whole = folder.path().join("whole.exr");
     exr::prelude::write_rgb_file(&whole, 64, 32, |x, y| (x as f32, y as f32, 1.0)).expect("written");
     let exr = fs::read(&whole).expect("a picture");
     for (name, bytes) in [("half.exr", &exr[..exr.len() / 2]), ("text.exr", &b"no picture"[..])] {
         let told = told(name, bytes);
-        assert!(told.contains("box.toml:2:8: ") && told.contains("this is no whole EXR file"), "{told}");
+        assert!(
+            told.contains("box.toml:2:8: ") && told.contains("this is not a complete EXR file"),
+            "{told}"
+        );
     }
     let empty = told("empty.hdr", b"");
     assert!(
-        empty.contains("box.toml:2:8: ") && empty.contains("this is no whole Radiance HDR file"),
+        empty.contains("box.toml:2:8: ") && empty.contains("this is not a complete Radiance HDR file"),
         "{empty}"
     );
 }
 
 #[test]
-fn pictures_of_any_form_are_fine_and_odd_numbers_are_counted() {
+fn pictures_of_any_size_are_accepted_and_invalid_numbers_counted() {
     let read = |keys: &str| {
         let text = environment(keys);
         parse(&text, "box.toml".as_ref()).unwrap_or_else(|errors| panic!("{errors}"))
@@ -130,7 +133,6 @@ fn pictures_of_any_form_are_fine_and_odd_numbers_are_counted() {
     let path = folder.path().join("box.toml");
     fs::write(&path, environment("file = \"odd.exr\"")).expect("written");
     let warnings = load(&path).expect("a scene").warnings;
-    let odd = "odd.exr has 2 numbers that are negative and 2 numbers that are not finite; what is negative or no number \
-               counts as zero, and infinity as the largest that there may be";
+    let odd = "odd.exr has 2 numbers that are negative and 2 numbers that are not finite; negative numbers and NaN are replaced by 0, and infinity by the maximum";
     assert!(warnings.iter().any(|warning| warning.to_string().ends_with(odd)), "{warnings:?}");
 }

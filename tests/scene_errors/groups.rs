@@ -1,8 +1,8 @@
-//! Groups, and where they stand.
+//! Groups and instances.
 
 use super::*;
 
-/// A grey ball in a group in lines 4 to 6, then `text` from line 7.
+/// A grey sphere in a group in lines 4 to 6, then `text` from line 7.
 fn with_group(text: &str) -> String {
     with_grey(&format!(
         "[[groups.tree.entities]]\nshape = {{ type = \"sphere\", center = [0, 0, 0], radius = 1 }}\nmaterial = \"grey\"\n{}",
@@ -11,7 +11,7 @@ fn with_group(text: &str) -> String {
 }
 
 #[test]
-fn groups_and_groups_in_groups_are_fine() {
+fn groups_and_nested_groups_are_accepted() {
     let text = with_group(
         r#"
 [[instances]]
@@ -56,14 +56,12 @@ broken!(
     with_grey(
         "[[groups.a.entities]]\nshape = { type = \"plane\", normal = [0, 0, 1], distance = 0 }\nmaterial = \"grey\""
     ),
-    ["5:9: a plane is unbounded, and can be in no group; a quad is a part of a plane"]
+    ["5:9: a plane is unbounded and cannot be in a group; a quad is a part of a plane"]
 );
 broken!(
     power_in_a_group,
     with_group("power = [1, 1, 1]"),
-    [
-        "7:9: power needs a surface that stands in one place, and a group may stand in many; give emission instead"
-    ]
+    ["7:9: power needs a surface outside of groups, which may have many instances; give emission instead"]
 );
 broken!(
     group_that_holds_itself,
@@ -80,25 +78,25 @@ broken!(
 broken!(
     group_made_flat,
     with_group("[[instances]]\ngroup = \"tree\"\ntransform = { scale = [1, 0, 1] }"),
-    ["9:23: the transform makes everything flat"]
+    ["9:23: the transform is singular"]
 );
 broken!(
     group_sheared_too_much,
     with_group(
         "[[instances]]\ngroup = \"tree\"\ntransform = { matrix = [[1, 1e5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] }"
     ),
-    ["9:13: the transform shears or squeezes the group too much to follow rays in it"]
+    ["9:13: the transform shears the group, or scales it unevenly, too much to trace rays in it"]
 );
 broken!(
     group_too_far_out,
     with_group("[[instances]]\ngroup = \"tree\"\ntransform = { scale = 1e9, translate = [1e18, 0, 0] }"),
-    ["9:13: the group, or the place to which the transform takes it, reaches farther than 1e18"]
+    ["9:13: the group extends farther than 1e18, before or after its transform"]
 );
 broken!(
     group_too_small,
     with_group("[[instances]]\ngroup = \"tree\"\ntransform = { scale = 1e-16 }"),
     [
-        "9:13: the group is smaller than 1e-15 where it stands: nothing of it would be seen; give the transform a larger scale"
+        "9:13: the transformed group is smaller than 1e-15 and would be invisible; give the transform a larger scale"
     ]
 );
 broken!(
@@ -108,7 +106,7 @@ broken!(
 );
 
 #[test]
-fn groups_that_multiply_beyond_the_limit_are_refused() {
+fn too_many_instances_by_nesting_are_rejected() {
     let mut text = with_group("");
     for level in 0..9 {
         let held = if level == 0 { "tree".to_owned() } else { format!("g{}", level - 1) };
@@ -118,11 +116,11 @@ fn groups_that_multiply_beyond_the_limit_are_refused() {
     }
     text += "\n[[instances]]\ngroup = \"g8\"\n";
     let error = parse(&text, "box.toml".as_ref()).expect_err("a scene came of it").to_string();
-    assert!(error.contains("places of groups") && error.contains("16777216"), "{error}");
+    assert!(error.contains("instances of groups") && error.contains("16777216"), "{error}");
 }
 
 #[test]
-fn groups_are_nested_sixteen_deep_and_no_deeper() {
+fn groups_nest_at_most_sixteen_levels_deep() {
     let nested = |depth: usize| {
         let mut text = with_group("");
         for level in 0..depth {
@@ -134,11 +132,11 @@ fn groups_are_nested_sixteen_deep_and_no_deeper() {
     };
     assert!(nested(16).is_ok());
     let error = nested(17).expect_err("a scene came of it").to_string();
-    assert!(error.contains("\"g16\" is nested more than 16 deep"), "{error}");
+    assert!(error.contains("\"g16\" is nested more than 16 levels deep"), "{error}");
 }
 
 #[test]
-fn groups_that_are_not_used_and_lamps_that_are_not_sampled_are_told() {
+fn unused_groups_and_unsampled_emission_give_warnings() {
     let text = with_group(
         r#"
 emission = [1, 1, 1]
@@ -154,15 +152,15 @@ transform = { scale = [1, 2, 1] }
     let told: Vec<_> = warnings.iter().map(ToString::to_string).collect();
     assert_eq!(told.len(), 2, "{told:?}");
     assert!(told.iter().any(|told| told.contains("group \"b\" is not used")), "{told:?}");
-    assert!(told.iter().any(|told| told.contains("\"entity 1\" emits, and is turned")), "{told:?}");
-    // Negative control: not squeezed.
+    assert!(told.iter().any(|told| told.contains("\"entity 1\" emits, but its instance")), "{told:?}");
+    // Negative control: uniform scale.
     let text = text.replace("scale = [1, 2, 1]", "scale = 2");
     let warnings = parse(&text, "box.toml".as_ref()).expect("a scene").warnings;
     assert_eq!(warnings.len(), 1, "{warnings:?}");
 }
 
 #[test]
-fn a_shape_with_a_transform_is_a_group_of_one() {
+fn a_shape_with_a_transform_becomes_a_group() {
     let text = with_group(
         r#"
 [[groups.tree.entities]]
@@ -199,10 +197,12 @@ broken!(
         r#"{ type = "sphere", center = [0, 0, 0], radius = 1, transform = { scale = [1, 2, 1] } }"#,
         "power = [1, 1, 1]"
     ),
-    ["7:9: power needs a shape without a transform, which may change its area; give emission instead"]
+    [
+        "7:9: power needs a shape without a transform, as a transform may change its area; give emission instead"
+    ]
 );
 broken!(
     shape_made_flat,
     entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1, transform = { scale = [1, 0, 1] } }"#, ""),
-    ["5:82: the transform makes everything flat"]
+    ["5:82: the transform is singular"]
 );

@@ -92,7 +92,7 @@ broken!(
 [film]
 width = "640"
 "#,
-    ["2:9: width must be an integer, not a string; take the quotes away"]
+    ["2:9: width must be an integer, not a string; remove the quotes"]
 );
 broken!(
     integer_is_a_float,
@@ -124,7 +124,7 @@ broken!(
 [environment]
 radiance = [1, "1", 1]
 "#,
-    ["2:16: green of radiance must be a number, not a string; take the quotes away"]
+    ["2:16: green of radiance must be a number, not a string; remove the quotes"]
 );
 broken!(
     vector_has_four_parts,
@@ -160,7 +160,7 @@ broken!(
 [[materials]]
 type = "matte"
 "#,
-    ["1:1: materials must be a table of names, not an array; begin each with [materials.NAME]"]
+    ["1:1: materials must be a table of named tables, not an array; begin each with [materials.NAME]"]
 );
 broken!(
     entities_are_a_table,

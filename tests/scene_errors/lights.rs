@@ -51,7 +51,7 @@ broken!(
 broken!(
     spot_without_intensity,
     spot(""),
-    ["1:1: a spot light needs either intensity or power; intensity = [1, 1, 1] would do"]
+    ["1:1: a spot light needs either intensity or power; for example: intensity = [1, 1, 1]"]
 );
 broken!(
     spot_with_both,
@@ -74,7 +74,7 @@ broken!(
     ["7:18: penumbra_angle, 25, is above cone_angle, 20; the penumbra lies within the cone"]
 );
 #[test]
-fn a_narrow_spot_is_all_penumbra_unless_the_file_says_otherwise() {
+fn a_narrow_spot_has_only_penumbra_by_default() {
     let narrow = |more: &str| {
         let text = spot(&format!("intensity = [1, 1, 1]\ncone_angle = 3{more}"));
         parse(&text, "box.toml".as_ref()).unwrap_or_else(|error| panic!("{error}")).scene.lights

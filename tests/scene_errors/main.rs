@@ -1,7 +1,7 @@
-//! Scenes that are wrong, each in one way, and what the reader says about them: line, column, what is wrong and
-//! how to put it right. Nothing wrong yields a scene.
+//! Scenes with a single error each, and the messages of the reader: line, column, problem and remedy. No invalid scene
+//! is accepted.
 
-/// A test that `$text` is refused with these messages, one for each line.
+/// A test that `$text` is rejected with these messages, one for each line.
 macro_rules! broken {
     ($name:ident, $text:expr, [$($message:expr),+ $(,)?]) => {
         #[test]
@@ -54,7 +54,7 @@ fn checkerboards(nesting: usize) -> String {
 }
 
 #[test]
-fn sixteen_nested_checkerboards_are_fine() {
+fn sixteen_nested_checkerboards_are_accepted() {
     let loaded = parse(&checkerboards(16), "box.toml".as_ref()).expect("at the limit");
     assert_eq!(loaded.scene.materials.len(), 18);
 }

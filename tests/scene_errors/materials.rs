@@ -142,7 +142,7 @@ reflectance = [0.5, 0.5, 0.5]
 broken!(
     checkerboards_nested_too_deep,
     checkerboards(17),
-    [r#"4:12: checkerboard "m0" is nested more than 16 deep"#]
+    [r#"4:12: checkerboard "m0" is nested more than 16 levels deep"#]
 );
 broken!(
     checks_zero,
@@ -192,7 +192,7 @@ broken!(
 [materials.a]
 type = "conductor"
 "#,
-    ["1:1: a conductor needs either metal or both eta and k; metal = \"gold\" would do"]
+    ["1:1: a conductor needs either metal or both eta and k; for example: metal = \"gold\""]
 );
 broken!(
     conductor_of_an_unknown_metal,
@@ -335,7 +335,7 @@ absorption = "t"
 type = "constant"
 value = 1
 "#,
-    ["4:14: absorption of a dielectric can be no texture"]
+    ["4:14: absorption of a dielectric cannot be a texture"]
 );
 broken!(
     dielectric_whose_priority_is_not_whole,
@@ -366,7 +366,7 @@ ior = 1.5
 absorption = [0, 0.5, 0]
 thin_walled = true
 "#,
-    ["4:14: a thin-walled dielectric has no inside that could absorb; take it out, or thin_walled"]
+    ["4:14: a thin-walled dielectric has no inside that could absorb; remove it, or remove thin_walled"]
 );
 broken!(
     thin_dielectric_with_a_priority,
@@ -377,7 +377,9 @@ ior = 1.5
 priority = 2
 thin_walled = true
 "#,
-    ["4:12: a thin-walled dielectric has no inside that could overlap others; take it out, or thin_walled"]
+    [
+        "4:12: a thin-walled dielectric has no inside that could overlap others; remove it, or remove thin_walled"
+    ]
 );
 broken!(
     index_of_refraction_that_varies_beside_priorities,
@@ -393,7 +395,7 @@ priority = 2
 type = "constant"
 value = 1.5
 "#,
-    ["3:7: ior of a glass can be no texture where a dielectric has a priority"]
+    ["3:7: ior of a glass cannot be a texture if any dielectric has a priority"]
 );
 broken!(
     smooth_glass_with_absorption,

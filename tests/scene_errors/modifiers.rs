@@ -1,4 +1,4 @@
-//! Mixes, and what every material may have: holes, another material behind, maps.
+//! Mixes, and the modifiers of every material: holes, back sides, maps.
 
 use super::*;
 
@@ -57,7 +57,7 @@ broken!(
         };
         with_grey(&(0..17).map(one).collect::<String>())
     },
-    ["68:12: mix \"m16\" is nested more than 16 deep"]
+    ["68:12: mix \"m16\" is nested more than 16 levels deep"]
 );
 broken!(an_opacity_above_one, matte("opacity = 1.5"), ["7:11: opacity must be from 0 to 1, not 1.5"]);
 broken!(
@@ -73,7 +73,7 @@ broken!(
 broken!(
     an_opacity_in_quotes,
     matte("opacity = \"0.5\""),
-    ["7:11: opacity must be a number, not a string; take the quotes away"]
+    ["7:11: opacity must be a number, not a string; remove the quotes"]
 );
 broken!(
     an_opacity_of_a_texture_that_there_is_not,
@@ -141,7 +141,7 @@ broken!(
 );
 
 #[test]
-fn pictures_of_colours_are_no_normals_and_scales_without_maps_do_nothing() {
+fn colour_pictures_as_normals_and_unused_scales_give_warnings() {
     let text = r#"[materials.a]
 type = "matte"
 reflectance = [0.5, 0.5, 0.5]
@@ -166,13 +166,13 @@ emission = [1, 1, 1]
     };
     let decoded = |place: &str, parameter: &str, name: &str| {
         format!(
-            "box.toml:{place}: {parameter} is no colour, but texture \"{name}\" has a picture that is decoded from sRGB; give the image color_space = \"data\""
+            "box.toml:{place}: {parameter} is not a colour, but the picture of texture \"{name}\" is decoded from sRGB; give the image color_space = \"data\""
         )
     };
     let expected = [
         decoded("4:14", "normal_map", "n"),
         decoded("5:11", "opacity", "twice"),
-        "box.toml:6:14: bump_scale without a bump_map changes nothing; name a texture as bump_map".to_owned(),
+        "box.toml:6:14: bump_scale has no effect without a bump_map; name a texture as bump_map".to_owned(),
     ];
     assert_eq!(warnings(text), expected);
     let data = text.replace("cover.png\"", "cover.png\"\ncolor_space = \"data\"");

@@ -1,4 +1,4 @@
-//! What is not TOML, and where in the file a mistake is.
+//! Invalid TOML, and the positions of errors.
 
 use super::*;
 
@@ -65,7 +65,7 @@ broken!(
     ["1:85: arrays and tables are nested too deep"]
 );
 
-// Places.
+// Positions.
 broken!(
     columns_count_characters,
     r#"
@@ -130,8 +130,8 @@ type = "point"
         "2:9: width must be from 1 to 65536, not 0",
         r#"3:1: unknown key "hieght" in the film; did you mean "height"?"#,
         r#"4:10: unknown filter type "sinc"; valid here: "none", "box", "tent", "gaussian", "mitchell", "blackman-harris", "lanczos""#,
-        "7:11: the direction of view is parallel to up, which is [0, 0, 1] unless the file says otherwise; up = [0, 1, 0] would do",
-        r#"8:19: missing key "focus_distance" in the camera: a lens needs one; give focus_distance, or take aperture_radius away for a pinhole"#,
+        "7:11: the viewing direction is parallel to up, whose default is [0, 0, 1]; up = [0, 1, 0] would do",
+        r#"8:19: missing key "focus_distance" in the camera, which a lens needs; add focus_distance, or remove aperture_radius for a pinhole"#,
         r#"11:14: unknown integrator "pth"; did you mean "path"?"#,
         "15:28: blue of reflectance must be from 0 to 1, not 7.5",
         r#"19:8: no material "whit"; did you mean "white"?"#,
@@ -141,6 +141,6 @@ type = "point"
         r#"25:12: no material "wite"; did you mean "white"?"#,
         "26:13: red of emission must be a finite number, not nan",
         r#"28:1: missing key "position" in a point light"#,
-        "28:1: a point light needs either intensity or power; intensity = [1, 1, 1] would do"
+        "28:1: a point light needs either intensity or power; for example: intensity = [1, 1, 1]"
     ]
 );

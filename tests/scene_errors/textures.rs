@@ -1,4 +1,4 @@
-//! Textures, their files, and the materials that name them.
+//! Textures, their files, and the materials that refer to them.
 
 use super::*;
 use std::fs;
@@ -32,9 +32,7 @@ broken!(
 broken!(
     a_number_in_quotes_is_no_texture,
     matte("\"0.5\"", ""),
-    [
-        "3:15: reflectance must be an array of 3 numbers (red, green, blue), not a string; take the quotes away"
-    ]
+    ["3:15: reflectance must be an array of 3 numbers (red, green, blue), not a string; remove the quotes"]
 );
 broken!(
     texture_type_misspelt,
@@ -99,7 +97,7 @@ broken!(
         matte("\"t2\"", &(0..3).map(mix).collect::<String>())
     },
     [
-        "14:11: texture \"t2\": too many textures stand inside each other: it needs 7 values at a time, of at most 6"
+        "14:11: texture \"t2\": textures are nested too deeply: it needs 7 values at a time, at most 6 are possible"
     ]
 );
 broken!(
@@ -115,7 +113,7 @@ broken!(
 broken!(
     tiles_of_which_there_is_none,
     texture("image", "file = \"nowhere.<UDIM>.png\"\n"),
-    ["6:8: nowhere.<UDIM>.png: there is no tile from 1001 to 1999 of this name"]
+    ["6:8: nowhere.<UDIM>.png: there are no tiles from 1001 to 1999 with this name"]
 );
 broken!(
     a_file_that_is_no_name,
@@ -170,7 +168,7 @@ fn png_checksum(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn broken_files_are_told_where_the_scene_names_them() {
+fn unreadable_files_are_reported_at_their_key() {
     let folder = tempfile::tempdir().expect("a folder");
     let png = fs::read("docs/pictures/cover.png").expect("a picture");
     fs::write(folder.path().join("half.png"), &png[..png.len() / 2]).expect("written");
@@ -193,15 +191,15 @@ fn broken_files_are_told_where_the_scene_names_them() {
     for ((line, name), number) in lines.iter().zip(names).zip([3, 6, 9, 12]) {
         assert!(line.contains(&format!("box.toml:{number}:8: ")) && line.contains(name), "{line}");
     }
-    assert!(lines[0].contains("this is no whole PNG file"), "{}", lines[0]);
-    assert!(lines[1].contains("this is no whole EXR file"), "{}", lines[1]);
+    assert!(lines[0].contains("this is not a complete PNG file"), "{}", lines[0]);
+    assert!(lines[1].contains("this is not a complete EXR file"), "{}", lines[1]);
     let limits = "a picture of 70000×240 texels is larger than the limits of 65536 a side and 1 GiB";
     assert!(lines[2].ends_with(limits), "{}", lines[2]);
     assert!(lines[3].ends_with("this is a folder"), "{}", lines[3]);
 }
 
 #[test]
-fn a_file_is_read_once_and_told_of_once() {
+fn a_file_is_read_and_reported_once() {
     let two = "[textures.t]\ntype = \"image\"\nfile = \"docs/pictures/cover.png\"\n[textures.u]\ntype = \"image\"\nfile = \"docs/pictures/cover.png\"\nwrap = [\"clamp\", \"black\"]\n";
     let loaded = parse(two, "box.toml".as_ref()).expect("a scene");
     assert_eq!((loaded.scene.images.len(), loaded.scene.textures.len()), (1, 2));
@@ -209,7 +207,7 @@ fn a_file_is_read_once_and_told_of_once() {
     assert!(
         unused[..]
             .iter()
-            .any(|told| told.contains("texture \"u\" is not used; no material or emission names it")),
+            .any(|told| told.contains("texture \"u\" is not used; no material or emission uses it")),
         "{unused:?}"
     );
     let errors = parse(&two.replace("cover", "nothing"), "box.toml".as_ref()).expect_err("no file");

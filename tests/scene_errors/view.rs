@@ -42,7 +42,7 @@ filter = { type = "lanczos", radius = 3 }
 mode = "importance"
 "#,
     [
-        r#"3:8: this filter is negative in places, and no sample can be drawn with a negative chance: it needs mode "continuous""#
+        r#"3:8: this filter has negative lobes, from which samples cannot be drawn: it needs mode "continuous""#
     ]
 );
 broken!(
@@ -52,9 +52,7 @@ broken!(
 mode = "continuous"
 filter = "none"
 "#,
-    [
-        r#"2:8: filter "none" takes samples in pixel centres only: mode "continuous" needs a filter with a width"#
-    ]
+    [r#"2:8: filter "none" samples only pixel centres: mode "continuous" needs a filter with a radius"#]
 );
 broken!(
     a_continuous_film_with_gaps,
@@ -63,7 +61,7 @@ broken!(
 filter = { type = "mitchell", radius = 0.4 }
 "#,
     [
-        r#"2:10: samples would fall between the pixels: with mode "continuous" a filter's radius is at least 0.5"#
+        r#"2:10: with mode "continuous" a filter's radius must be at least 0.5, or some samples would reach no pixel"#
     ]
 );
 broken!(
@@ -118,7 +116,7 @@ broken!(
 forward = [0, 1, 0]
 up = [0, 3, 0]
 "#,
-    ["3:6: up is parallel to the direction of view; up = [0, 0, 1] would do"]
+    ["3:6: up is parallel to the viewing direction; up = [0, 0, 1] would do"]
 );
 broken!(
     up_against_forward,
@@ -127,14 +125,12 @@ broken!(
 forward = [0, 1, 0]
 up = [0, -1, 0]
 "#,
-    ["3:6: up is parallel to the direction of view; up = [0, 0, 1] would do"]
+    ["3:6: up is parallel to the viewing direction; up = [0, 0, 1] would do"]
 );
 broken!(
     forward_along_the_default_up,
     "[camera]\nforward = [0, 0, -1]\n",
-    [
-        "2:11: the direction of view is parallel to up, which is [0, 0, 1] unless the file says otherwise; up = [0, 1, 0] would do"
-    ]
+    ["2:11: the viewing direction is parallel to up, whose default is [0, 0, 1]; up = [0, 1, 0] would do"]
 );
 broken!(
     look_at_along_up,
@@ -143,9 +139,7 @@ broken!(
 eye = [1, 2, 3]
 look_at = [1, 2, 9]
 "#,
-    [
-        "3:11: the direction of view is parallel to up, which is [0, 0, 1] unless the file says otherwise; up = [0, 1, 0] would do"
-    ]
+    ["3:11: the viewing direction is parallel to up, whose default is [0, 0, 1]; up = [0, 1, 0] would do"]
 );
 broken!(
     look_at_is_eye,
@@ -154,7 +148,7 @@ broken!(
 eye = [1, 2, 3]
 look_at = [1.0, 2.0, 3.0]
 "#,
-    ["3:11: look_at is the same point as eye: there is no direction of view"]
+    ["3:11: look_at equals eye, which gives no viewing direction"]
 );
 broken!(
     both_forward_and_look_at,
@@ -186,7 +180,7 @@ broken!(
     aperture_without_focus,
     "[camera]\naperture_radius = 0.1\n",
     [
-        r#"2:19: missing key "focus_distance" in the camera: a lens needs one; give focus_distance, or take aperture_radius away for a pinhole"#
+        r#"2:19: missing key "focus_distance" in the camera, which a lens needs; add focus_distance, or remove aperture_radius for a pinhole"#
     ]
 );
 broken!(
@@ -276,7 +270,7 @@ broken!(
 broken!(
     depth_unlimited_without_roulette,
     "[render]\nintegrator = \"path-naive\"\nmax_depth = \"unlimited\"\n",
-    ["3:13: max_depth can be \"unlimited\" only with integrator \"path\": no other plays Russian roulette"]
+    ["3:13: max_depth can be \"unlimited\" only with integrator \"path\": no other uses Russian roulette"]
 );
 broken!(
     ambient_negative,
@@ -295,7 +289,7 @@ broken!(
 broken!(
     orthographic_without_height,
     "[camera]\ntype = \"orthographic\"\n",
-    [r#"2:8: missing key "height" in the camera: an orthographic one needs it"#]
+    [r#"2:8: missing key "height" in the camera, which an orthographic camera needs"#]
 );
 broken!(
     orthographic_of_no_height,
@@ -305,12 +299,10 @@ broken!(
 broken!(
     orthographic_with_a_field_of_view,
     "[camera]\ntype = \"orthographic\"\nheight = 4\nvertical_fov = 40\n",
-    ["4:16: an orthographic camera has a height, and no vertical_fov; take vertical_fov away"]
+    ["4:16: an orthographic camera has height instead of vertical_fov; remove vertical_fov"]
 );
 broken!(
     perspective_with_a_height,
     "[camera]\nheight = 4\n",
-    [
-        "2:10: height is a key of an orthographic camera; type = \"orthographic\" has one; vertical_fov is what a perspective camera has"
-    ]
+    ["2:10: height is a key of an orthographic camera; use vertical_fov, or set type = \"orthographic\""]
 );

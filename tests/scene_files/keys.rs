@@ -6,7 +6,7 @@ use stride::scene::toml::schema;
 use stride::scene::*;
 
 #[test]
-fn an_empty_file_has_the_defaults_of_the_design() {
+fn an_empty_file_has_the_documented_defaults() {
     let Loaded { scene, warnings, .. } = read("");
     assert_eq!(scene, Scene::default());
     assert_eq!(
@@ -128,11 +128,11 @@ fn every_key_reaches_the_scene() {
         radiance = [0.5, 0.25, 0.125]
         "#,
     );
-    // What is legal and odd in it.
+    // Legal oddities.
     let warnings: Vec<_> = warnings.iter().map(|warning| warning.message.as_str()).collect();
     let told = [
-        "\"entity 1\" is a quad of glass: light that enters bends on its way in and never back",
-        "the normal's length is 5, and distance is a length all the same",
+        "\"entity 1\" is a quad of glass: light is refracted on entry but not on exit",
+        "the normal's length is 5, but distance is measured along the unit normal",
     ];
     assert_eq!(warnings, told);
     let film = &scene.film;
@@ -199,7 +199,7 @@ fn every_key_reaches_the_scene() {
 }
 
 #[test]
-fn a_part_of_a_normal_that_rounds_to_nothing_is_nothing() {
+fn a_component_of_a_normal_that_underflows_is_zero() {
     let scene = read(
         "materials.a = { type = \"matte\", reflectance = [1, 1, 1] }\nenvironment.radiance = [1, 1, 1]\n\
          entities = [{ shape = { type = \"plane\", normal = [1e18, -1e-37, 0], distance = 0 }, material = \"a\" }]",
@@ -225,7 +225,7 @@ fn filters_are_words_or_tables() {
 }
 
 #[test]
-fn a_film_without_a_mode_has_its_filters() {
+fn the_default_mode_depends_on_the_filter() {
     let mode = |keys: &str| read(&format!("[film]\n{keys}")).scene.film.mode();
     assert_eq!(mode("filter = \"tent\""), FilmMode::Importance);
     assert_eq!(mode("filter = \"mitchell\""), FilmMode::Continuous);
@@ -246,14 +246,14 @@ fn names_outside_files_are_read_as_in_files() {
 
 #[cfg(feature = "broken-material")]
 #[test]
-fn the_broken_material_is_there_for_tests() {
+fn the_broken_material_is_available_to_tests() {
     let text = "[materials.bad]\ntype = \"broken\"\n";
     assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken(BrokenParameters {}));
 }
 
-/// Power is radiance by area: Φ = π·A·L, whatever the shape.
+/// Power is the integral of radiance: Φ = π·A·L, for any shape.
 #[test]
-fn power_of_entities_is_their_radiance_by_their_area() {
+fn power_gives_radiance_by_area() {
     let pi = std::f64::consts::PI;
     for (shape, area) in [
         (r#"{ type = "sphere", center = [1, 2, 3], radius = 2 }"#, 16.0 * pi),

@@ -1,4 +1,4 @@
-//! Scene files that are right, files that are no scene at all, and what is legal but surely unmeant.
+//! Valid scene files, files that are no scenes, and warnings.
 
 mod keys;
 mod meshes;

@@ -1,10 +1,10 @@
-//! Meshes of scene files: their materials, and how far they have been read.
+//! Meshes of scene files: their materials, and the progress of reading.
 
 use std::fs;
 use std::path::Path;
 use stride::scene::*;
 
-/// A folder with a square of two triangles of two materials in two groups, and their colours.
+/// A folder with a square of two triangles in two groups with two materials, and their colours.
 fn house() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let obj = "mtllib house.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
@@ -15,7 +15,7 @@ fn house() -> tempfile::TempDir {
     folder
 }
 
-/// The scene of that mesh with these keys more, or what is wrong with it.
+/// The scene of that mesh with further keys, or the errors in it.
 fn housed(more: &str) -> Result<stride::scene::Loaded, String> {
     let folder = house();
     let text = format!(
@@ -30,7 +30,7 @@ fn housed(more: &str) -> Result<stride::scene::Loaded, String> {
 }
 
 #[test]
-fn parts_of_meshes_have_materials_of_their_own() {
+fn parts_of_meshes_have_their_own_materials() {
     let parts = |more: &str| {
         let scene = housed(more).expect("a scene").scene;
         let of = |e: &Entity| (e.name.clone(), scene.materials[e.material].clone(), e.emission[0]);
@@ -43,7 +43,7 @@ fn parts_of_meshes_have_materials_of_their_own() {
     // By groups and by materials; the rest has the entity's.
     assert_eq!(names(&parts(", materials = { window = \"b\" }")), ["house: window of b", "house of a"]);
     assert_eq!(names(&parts(", materials = { brick = \"b\" }")), ["house: brick of b", "house of a"]);
-    // The order of keys says nothing.
+    // The order of keys has no meaning.
     for both in
         [", materials = { window = \"b\", wall = \"a\" }", ", materials = { wall = \"a\", window = \"b\" }"]
     {
@@ -58,12 +58,12 @@ fn parts_of_meshes_have_materials_of_their_own() {
     let pane =
         MaterialKind::Glass(GlassParameters { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!(of_file[1].1.kind, pane);
-    // What the file's materials emit counts before the entity's emission.
+    // Emission of the file's materials takes precedence over that of the entity.
     assert_eq!((of_file[0].2, of_file[1].2), (9.0, 1.0));
 }
 
 #[test]
-fn materials_of_a_file_that_the_scene_replaces_give_no_warning() {
+fn replaced_materials_of_files_give_no_warning() {
     let folder = tempfile::tempdir().expect("a folder");
     let gltf = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0,"camera":0}],
         "meshes":[{"name":"leaf","primitives":[{"attributes":{"POSITION":0},"material":0}]}],
@@ -91,7 +91,7 @@ fn materials_of_a_file_that_the_scene_replaces_give_no_warning() {
 }
 
 #[test]
-fn long_files_tell_how_far_they_have_been_read() {
+fn large_files_report_progress() {
     let folder = tempfile::tempdir().expect("a folder");
     let long = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{}", "# nothing\n".repeat(400_000));
     fs::write(folder.path().join("long.obj"), &long).expect("written");
@@ -110,11 +110,14 @@ fn long_files_tell_how_far_they_have_been_read() {
 }
 
 #[test]
-fn wrong_materials_of_parts_are_told() {
+fn unknown_parts_are_reported() {
     for (more, told) in [
-        (", materials = \"none\"", "1:88: materials must be \"file\" or a table of names, not \"none\""),
+        (
+            ", materials = \"none\"",
+            "1:88: materials must be \"file\" or a table of named tables, not \"none\"",
+        ),
         (", materials = { window = \"c\" }", "1:99: no material \"c\"; the materials are \"a\", \"b\""),
-        // Every one of them.
+        // All of them.
         (
             ", materials = { wall = \"c\", window = \"d\" }",
             "1:97: no material \"c\"; the materials are \"a\", \"b\"\n\
@@ -122,7 +125,7 @@ fn wrong_materials_of_parts_are_told() {
         ),
         (
             ", materials = { windwo = \"b\" }",
-            "1:90: nothing in the mesh is of the group or material \"windwo\"; did you mean \"window\"?",
+            "1:90: the mesh has no group or material \"windwo\"; did you mean \"window\"?",
         ),
     ] {
         assert_eq!(housed(more).map(|_| ()), Err(format!("…/house.toml:{told}")));

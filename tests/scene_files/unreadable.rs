@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use stride::scene::{load, parse};
 
-/// Writes `bytes` to a file in a fresh folder and tells what loading it says, without the folder's name.
+/// Writes `bytes` to a file in a new folder and returns the message of loading it, without the folder's name.
 fn load_bytes(bytes: &[u8]) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.toml");
@@ -20,7 +20,7 @@ fn message(path: &Path) -> String {
 }
 
 #[test]
-fn a_missing_file_is_named_with_its_neighbour() {
+fn a_missing_file_has_a_suggestion() {
     let folder = tempfile::tempdir().expect("a folder");
     assert_eq!(message(&folder.path().join("cover.toml")), "cover.toml: there is no such file");
     fs::write(folder.path().join("cover.toml"), "").expect("written");
@@ -31,7 +31,7 @@ fn a_missing_file_is_named_with_its_neighbour() {
 }
 
 #[test]
-fn a_folder_is_no_scene() {
+fn a_folder_is_rejected() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scenes");
     fs::create_dir(&path).expect("made");
@@ -39,7 +39,7 @@ fn a_folder_is_no_scene() {
 }
 
 #[test]
-fn a_file_in_a_file_is_no_scene() {
+fn a_path_through_a_file_is_rejected() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("a"), "").expect("written");
     let message = message(&folder.path().join("a").join("b.toml"));
@@ -48,21 +48,21 @@ fn a_file_in_a_file_is_no_scene() {
 
 #[cfg(unix)]
 #[test]
-fn an_unreadable_file_is_said_to_be_so() {
+fn a_file_without_permission_is_reported() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.toml");
     fs::write(&path, "").expect("written");
     fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).expect("set");
-    // The superuser reads everything.
+    // The superuser can read every file.
     if fs::File::open(&path).is_err() {
-        assert_eq!(message(&path), "a.toml: you have no permission to read this file");
+        assert_eq!(message(&path), "a.toml: permission to read this file is denied");
     }
 }
 
 #[cfg(unix)]
 #[test]
-fn a_file_without_end_is_no_scene() {
+fn an_endless_file_is_rejected() {
     let errors = load("/dev/zero".as_ref()).expect_err("a scene came of it");
     let message =
         "/dev/zero: this file is larger than 16 MiB, the most that a scene file may be; is it a scene file?";
@@ -70,7 +70,7 @@ fn a_file_without_end_is_no_scene() {
 }
 
 #[test]
-fn binary_garbage_is_no_scene() {
+fn binary_data_is_rejected() {
     let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
     let message = "a.toml: this is not a text file: byte 9 is zero; a scene file is TOML, in UTF-8";
     assert_eq!(load_bytes(png), message);
@@ -78,13 +78,13 @@ fn binary_garbage_is_no_scene() {
 }
 
 #[test]
-fn a_byte_that_is_not_utf_8_is_shown() {
+fn invalid_utf_8_is_reported() {
     let message = "a.toml:2:9: byte 17 of the file (0xe4) is not UTF-8; save it as UTF-8 in your editor";
     assert_eq!(load_bytes(b"[film]\n# \xc3\xa4 und \xe4\n"), message);
 }
 
 #[test]
-fn utf_16_is_named() {
+fn utf_16_is_reported() {
     let utf16: Vec<u8> = "\u{feff}[film]".encode_utf16().flat_map(u16::to_le_bytes).collect();
     let message = "a.toml: this file is UTF-16; a scene file is UTF-8; save it as UTF-8 in your editor";
     assert_eq!(load_bytes(&utf16), message);

@@ -1,4 +1,4 @@
-//! What is legal but surely unmeant.
+//! Legal but probably unintended input.
 
 use super::read;
 
@@ -16,7 +16,7 @@ material = "grey"
 "#;
 
 #[test]
-fn a_scene_without_light_is_warned_of() {
+fn a_scene_without_light_gives_a_warning() {
     let dark = "box.toml: there is no light in this scene: the picture will be black; \
                 give an entity an emission, or add [[lights]] or an [environment]";
     assert_eq!(warnings(BALL), [dark]);
@@ -30,10 +30,10 @@ fn a_scene_without_light_is_warned_of() {
 }
 
 #[test]
-fn a_texture_whose_light_is_found_by_chance_is_warned_of() {
+fn unsampled_textured_emission_gives_a_warning() {
     let emits = "emission = \"t\"\n[textures.t]\ntype = \"constant\"\nvalue = 1";
-    let chance = "box.toml:8:12: only quads and boxes that emit a texture are sampled as lights; \
-                  paths find the light of other shapes by chance";
+    let chance = "box.toml:8:12: with textured emission, only quads and boxes are sampled as lights; \
+                  paths find the emission of other shapes by chance";
     assert_eq!(warnings(&format!("{BALL}{emits}")), [chance]);
     let ball = r#"type = "sphere", center = [0, 0, 0], radius = 1"#;
     let none: [&str; 0] = [];
@@ -48,13 +48,13 @@ fn a_texture_whose_light_is_found_by_chance_is_warned_of() {
 }
 
 #[test]
-fn an_empty_scene_is_warned_of() {
+fn an_empty_scene_gives_a_warning() {
     let empty = "box.toml: there is nothing in this scene; add [[entities]] with a shape and a material";
     assert_eq!(warnings("[environment]\nradiance = [1, 1, 1]"), [empty]);
 }
 
 #[test]
-fn an_ambient_term_that_is_not_used_is_warned_of() {
+fn an_unused_ambient_term_gives_a_warning() {
     let text = format!("{BALL}emission = [1, 1, 1]\n[render]\nambient = [1, 1, 1]");
     let warning = "box.toml:10:11: ambient has no effect: only integrator \"whitted\" has an ambient term; \
                    light the scene with an [environment] instead";
@@ -62,7 +62,7 @@ fn an_ambient_term_that_is_not_used_is_warned_of() {
 }
 
 #[test]
-fn unused_materials_are_warned_of() {
+fn unused_materials_give_a_warning() {
     let used = r#"emission = [1, 1, 1]
 [materials.alone]
 type = "mirror"
@@ -77,18 +77,18 @@ reflectance = [1, 1, 1]
 "#;
     let text = format!("{BALL}{used}");
     let unused =
-        |line: u32, name| format!("box.toml:{line}:12: material \"{name}\" is not used; no entity shows it");
+        |line: u32, name| format!("box.toml:{line}:12: material \"{name}\" is not used; no entity uses it");
     assert_eq!(warnings(&text), [unused(9, "alone"), unused(12, "board"), unused(16, "part")]);
     let text = text.replace("material = \"grey\"", "material = \"board\"");
     assert_eq!(warnings(&text), [unused(9, "alone")]);
 }
 
 #[test]
-fn entities_of_the_same_name_are_warned_of() {
+fn entities_with_the_same_name_give_a_warning() {
     let second =
         "[[entities]]\nname = \"ball\"\nshape = { type = \"sphere\", center = [3, 0, 0], radius = 1 }\n";
     let text = format!("{BALL}{second}material = \"grey\"\n[environment]\nradiance = [1, 1, 1]");
     let warning =
-        "box.toml:9:8: entity 2 has the name of entity 1, \"ball\"; messages will not tell them apart";
+        "box.toml:9:8: entity 2 has the name of entity 1, \"ball\"; messages cannot distinguish them";
     assert_eq!(warnings(&text), [warning]);
 }

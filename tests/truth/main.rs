@@ -1,4 +1,4 @@
-//! Pictures against mathematics, and against an independent renderer.
+//! Images compared with mathematics, and with an independent renderer.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use stride::scene::{Entity, Integrator, PlaneParameters, Scene, Shape};
 
-/// Demands that every sample of a scene has one radiance, within a relative error.
+/// Requires that every sample of a scene has one radiance, within a relative error.
 fn every_sample_is(scene: &Scene, expected: [f64; 3], tolerance: f64) {
     for_each_sample(scene, |pixel, radiance| {
         for (got, expected) in radiance.into_iter().zip(expected) {
@@ -21,7 +21,7 @@ fn every_sample_is(scene: &Scene, expected: [f64; 3], tolerance: f64) {
     });
 }
 
-/// Demands that the mean over a picture whose pixels all have the same expectation is that.
+/// Requires a mean over an image whose pixels all have the same expectation.
 fn mean_is(scene: &Scene, expected: [f64; 3]) {
     let (mut n, mut sum, mut squares) = (0.0, [0.0; 3], [0.0; 3]);
     for_each_sample(scene, |_, radiance| {
@@ -37,7 +37,11 @@ fn mean_is(scene: &Scene, expected: [f64; 3]) {
         // Exceeded with probability 10⁻⁶.
         let bound = 4.9 * error + 2e-5 * expected[c];
         assert!((mean - expected[c]).abs() <= bound, "{mean} is not {} ± {error:e}", expected[c]);
-        assert!(bound < 0.02 * expected[c].max(1e-3), "too noisy to tell: ± {error:e} of {}", expected[c]);
+        assert!(
+            bound < 0.02 * expected[c].max(1e-3),
+            "too noisy for a comparison: ± {error:e} of {}",
+            expected[c]
+        );
     }
 }
 
@@ -49,18 +53,18 @@ fn both_integrators(mut scene: Scene, check: impl Fn(&Scene)) {
 }
 
 #[test]
-fn inside_a_glowing_sphere_each_bounce_adds_half_of_the_last() {
+fn inside_an_emitting_sphere_each_bounce_adds_half_of_the_last() {
     let inside = |entity: Entity| scene(vec![matte([0.5; 3])], vec![emitting(entity, 0.5)]);
     let mut furnace = inside(flipped(sphere(v(0.3, -0.2, 0.1), 2.0, 0)));
     for depth in 0..=10 {
         furnace.render.max_depth = depth;
         every_sample_is(&furnace, [1.0 - 0.5_f64.powi(depth as i32 + 1); 3], 0.0);
     }
-    // The same sphere that glows outwards is dark inside.
+    // The same sphere with emission on the outside is dark inside.
     every_sample_is(&inside(sphere(v(0.3, -0.2, 0.1), 2.0, 0)), [0.0; 3], 0.0);
 }
 
-/// Where the camera's ray through a pixel's centre goes, in double precision.
+/// The direction of the camera's ray through a pixel's centre, in double precision.
 fn through(scene: &Scene, pixel: usize) -> DVec3 {
     let (w, h) = (f64::from(scene.film.width), f64::from(scene.film.height));
     let (x, y) = ((pixel % w as usize) as f64 + 0.5, (pixel / w as usize) as f64 + 0.5);
@@ -77,7 +81,7 @@ fn floor() -> Scene {
     scene
 }
 
-/// Where a pixel's centre sees the floor.
+/// The point of the floor seen through a pixel's centre.
 fn on_floor(scene: &Scene, pixel: usize) -> DVec3 {
     let d = through(scene, pixel);
     scene.camera.eye + d * ((-3.0 - scene.camera.eye.z) / d.z)
@@ -89,20 +93,20 @@ fn a_floor_under_a_point_light_has_the_radiance_of_the_inverse_square() {
     let mut lit = floor();
     lit.lights = vec![point_light(position, 10.0)];
     lit.entities.push(quad(v(-9.0, 1.0, -1.0), DVec3::X * 18.0, DVec3::Y * 0.6, 0));
-    // One bounce: what the quad's underside sends down is left out.
+    // One bounce: light from the quad's underside is left out.
     lit.render.max_depth = 1;
     both_integrators(lit, |scene| {
         let (mut lit, mut shadowed) = (0, 0);
         for_each_sample(scene, |pixel, radiance| {
             let d = through(scene, pixel);
-            // The quad hides a strip of the floor from the camera.
+            // The quad occludes a strip of the floor from the camera.
             let at_quad = d * (-1.0 / d.z);
             if (0.9..1.7).contains(&at_quad.y) {
                 return;
             }
             let p = on_floor(scene, pixel);
             let to_light = position - p;
-            // Where the way to the light crosses the quad's height.
+            // The point at which the segment to the light crosses the quad's height.
             let y = p.y + to_light.y * 2.0 / to_light.z;
             if (0.99..1.01).contains(&y) || (1.59..1.61).contains(&y) {
                 return;
@@ -117,13 +121,13 @@ fn a_floor_under_a_point_light_has_the_radiance_of_the_inverse_square() {
             }
             if shadow { shadowed += 1 } else { lit += 1 }
         });
-        assert!(lit > 1000 && shadowed > 200, "{lit} lit, {shadowed} in the shadow");
+        assert!(lit > 1000 && shadowed > 200, "{lit} illuminated, {shadowed} in the shadow");
     });
 }
 
 #[test]
 fn several_point_lights_add_up() {
-    // Whitted asks each light; a path asks one of them, weighted: the same in the mean.
+    // Whitted samples each light; a path samples one of them with a weight, which has the same mean.
     let lights = [(v(1.0, 0.5, 1.5), 10.0), (v(-2.0, 0.0, 4.0), 30.0), (v(0.0, -3.0, -1.0), 2.0)];
     let mut lit = sized(floor(), 1, 1);
     lit.camera.vertical_fov = 0.1;
@@ -143,7 +147,7 @@ fn several_point_lights_add_up() {
 
 #[test]
 fn a_floor_under_a_sphere_light_has_the_irradiance_of_its_cone() {
-    // A sphere wholly above the horizon gives E = π·L·(r/D)²·cos θ (Howell's configuration factor B-45).
+    // A sphere entirely above the horizon gives E = π·L·(r/D)²·cos θ (Howell's configuration factor B-45).
     let (centre, radius) = (v(1.5, 1.0, 0.5), 1.0);
     let mut lit = sized(floor(), 1, 1);
     lit.camera.vertical_fov = 1e-3;
@@ -158,8 +162,8 @@ fn a_floor_under_a_sphere_light_has_the_irradiance_of_its_cone() {
 
 #[test]
 fn a_floor_under_a_square_light_has_the_irradiance_of_its_form_factor() {
-    // Straight above: four times the corner factor of a quarter (Howell C-11), E = 4·L·(a/√(1+a²))·
-    // atan(a/√(1+a²)), a the half side over the distance.
+    // At the zenith: four times the corner factor of a quarter (Howell C-11), E = 4·L·(a/√(1+a²))· atan(a/√(1+a²)),
+    // with half the side over the distance, a.
     let mut lit = sized(floor(), 1, 1);
     lit.camera.vertical_fov = 1e-3;
     lit.render.max_depth = 1;
@@ -170,7 +174,7 @@ fn a_floor_under_a_square_light_has_the_irradiance_of_its_form_factor() {
     let irradiance = 2.0 * 4.0 * (a / s) * (a / s).atan();
     lit.render.samples = 1_000_000;
     both_integrators(lit.clone(), |scene| mean_is(scene, [0.8, 0.4, 0.2].map(|rho| rho / PI * irradiance)));
-    // Turned round, it lights what is above.
+    // Flipped, it illuminates the upper side.
     let light = lit.entities.pop().unwrap();
     lit.entities.push(flipped(light));
     lit.render.samples = 1000;
@@ -178,7 +182,7 @@ fn a_floor_under_a_square_light_has_the_irradiance_of_its_form_factor() {
 }
 
 #[test]
-fn a_mirror_shows_what_is_in_front_of_it_times_its_reflectance() {
+fn a_mirror_shows_its_reflection_times_its_reflectance() {
     // Opposite the camera a mirror; behind the camera a glowing wall.
     let entities = vec![plane(DVec3::NEG_X, -5.0, 0), emitting(plane(DVec3::X, -2.0, 1), 3.0)];
     let mut room = scene(vec![mirror([0.9, 0.6, 0.3]), matte([0.0; 3])], entities);
@@ -188,7 +192,7 @@ fn a_mirror_shows_what_is_in_front_of_it_times_its_reflectance() {
     both_integrators(room, |scene| every_sample_is(scene, [0.0; 3], 0.0));
 }
 
-/// Fresnel's reflectance of unpolarised light, from the sines and tangents of his own formulas.
+/// The Fresnel reflectance of unpolarised light, from sines and tangents.
 fn fresnel(cos_i: f64, eta: f64) -> f64 {
     let i = cos_i.acos();
     let t = (i.sin() / eta).asin();
@@ -198,7 +202,7 @@ fn fresnel(cos_i: f64, eta: f64) -> f64 {
 }
 
 #[test]
-fn glass_splits_light_as_fresnel_says() {
+fn glass_splits_light_by_fresnel() {
     // An interface across the view. Before it the sky is 1; behind it stands a wall that glows with 4: each
     // pixel sees R·1 + (1 − R)/η²·4.
     let mut window = scene(
@@ -233,9 +237,9 @@ fn a_glass_sphere_in_a_white_furnace_is_invisible() {
     furnace.environment = [1.0; 3];
     furnace.render.max_depth = 60;
     furnace.render.samples = 256;
-    // Every path: what it loses where it enters it gains where it leaves.
+    // For every path, the loss on entry equals the gain on exit.
     every_sample_is(&furnace, [1.0; 3], 1e-5);
-    // From inside, too, but for the squeeze at the way out, which makes everything η² as bright.
+    // From inside, too, except for the refraction on exit, which multiplies radiance by η².
     furnace.camera.eye = v(3.0, 0.0, 0.0);
     every_sample_is(&furnace, [2.25; 3], 1e-5);
     furnace.render.integrator = Integrator::Whitted;
@@ -256,7 +260,7 @@ fn an_empty_scene_is_its_environment_at_every_depth() {
 }
 
 #[test]
-fn depth_counts_bounces_and_a_sampled_light_is_a_segment_too() {
+fn depth_counts_bounces_including_segments_to_lights() {
     // Seen directly, in a mirror, and in a mirror's mirror, through a corner of two mirrors.
     let lamp = || emitting(quad(v(-2.0, -20.0, -20.0), DVec3::Y * 40.0, DVec3::Z * 40.0, 1), 1.0);
     let materials = || vec![mirror([1.0; 3]), matte([0.5; 3])];
@@ -269,7 +273,7 @@ fn depth_counts_bounces_and_a_sampled_light_is_a_segment_too() {
         lamp(),
     ];
     twice.camera.vertical_fov = 0.3;
-    // A lit wall, and the same in a mirror behind the camera.
+    // An illuminated wall, and the same in a mirror behind the camera.
     let mut lit = scene(materials(), vec![plane(DVec3::NEG_X, -4.0, 1)]);
     lit.lights = vec![point_light(v(1.0, 0.0, 0.0), 1.0)];
     let mut mirrored = scene(materials(), vec![plane(DVec3::NEG_X, -4.0, 0), plane(DVec3::X, -4.0, 1)]);
@@ -294,7 +298,7 @@ fn depth_counts_bounces_and_a_sampled_light_is_a_segment_too() {
 fn surfaces_emit_on_their_outward_side_only() {
     let square = |u: DVec3, w: DVec3| quad(v(4.0, -9.0, -9.0), u * 18.0, w * 18.0, 0);
     let cases = [
-        // −x is towards the camera.
+        // −x points to the camera.
         (plane(DVec3::NEG_X, -4.0, 0), true),
         (plane(DVec3::X, 4.0, 0), false),
         (square(DVec3::Z, DVec3::Y), true),
@@ -328,7 +332,7 @@ fn whitted_adds_the_ambient_term_times_the_reflectance() {
 fn the_smallpt_box_is_the_same_box_of_planes() {
     let mut bent = smallpt(64, 48);
     bent.render.samples = 400;
-    // Emission 1: with 12, rare bright paths would make blocks too small to be normal.
+    // Emission 1: with 12, infrequent bright paths would make blocks too small to be normal.
     bent.entities[8].emission = [1.0; 3];
     let mut flat = bent.clone();
     flat.render.seed = 1;

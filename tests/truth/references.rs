@@ -1,4 +1,4 @@
-//! Pictures against those that an independent renderer made: `tests/reference/README.md`.
+//! Images compared with those of an independent renderer: `tests/reference/README.md`.
 
 use crate::common::blocks::{Estimate, Reference, Verdict, compare};
 use crate::common::estimate;
@@ -32,12 +32,13 @@ fn judge(ours: &Estimate, theirs: &Reference) -> Verdict {
     compare(&ours.blocks(), &theirs.blocks(ours))
 }
 
-/// Demands that our picture is the reference's: in the mean within 0.3%, in blocks at the kit's error level.
+/// Requires that an image agrees with the reference: in the mean within 0.3%, in blocks at the level of
+/// `common::blocks`.
 fn must_be(scene: &Scene, theirs: &Reference) {
     must_be_with(scene, theirs, 1.05);
 }
 
-/// The same with a limit for the root mean square of all z.
+/// The same with limits for the root mean square of all z.
 fn must_be_with(scene: &Scene, theirs: &Reference, limit: f64) {
     let ours = estimate(scene);
     for (a, b) in ours.mean().into_iter().zip(theirs.mean()) {
@@ -46,35 +47,36 @@ fn must_be_with(scene: &Scene, theirs: &Reference, limit: f64) {
     let verdict = judge(&ours, theirs);
     println!("{verdict}");
     assert!(verdict.agrees(), "{verdict}");
-    // The reference samples lights and so has less noise than as many of our samples: with none at all, the
-    // rms of these z would be √⅔ or √½. Outside these limits noise is misjudged and the bound means nothing.
+    // The reference samples lights, and so has less noise than the same number of our samples. Without any noise of its
+    // own, the rms of these z would be √⅔ or √½. Outside these limits the noise estimate is wrong and the bound is
+    // meaningless.
     assert!((0.65..limit).contains(&verdict.rms), "{verdict}");
 }
 
 #[test]
-fn the_cover_is_the_independent_renderers() {
+fn the_cover_matches_the_independent_renderer() {
     must_be(&cover_with(4096, |_| {}), &reference("cover-160x120", 8192));
 }
 
 #[test]
-fn the_cover_at_depth_2_is_the_independent_renderers() {
+fn the_cover_at_depth_2_matches_the_independent_renderer() {
     must_be(&cover_with(4096, |scene| scene.render.max_depth = 2), &reference("cover-depth2-160x120", 4096));
 }
 
 #[test]
-fn the_cover_at_depth_3_is_the_independent_renderers() {
+fn the_cover_at_depth_3_matches_the_independent_renderer() {
     must_be(&cover_with(4096, |scene| scene.render.max_depth = 3), &reference("cover-depth3-160x120", 4096));
 }
 
 #[test]
-fn the_cover_with_a_big_light_is_the_independent_renderers() {
+fn the_cover_with_a_big_light_matches_the_independent_renderer() {
     let big_light = |scene: &mut Scene| {
         scene.entities[COVER_LIGHT] = emitting(sphere(v(7.0, 0.0, 3.0), 2.0, 2), 0.25);
     };
     must_be(&cover_with(2048, big_light), &reference("cover-big-light-160x120", 4096));
 }
 
-/// Demands that the picture of a changed cover is told from the reference.
+/// Requires that the image of a changed cover differs from the reference.
 fn must_not_be(samples: u32, change: impl FnOnce(&mut Scene)) {
     is_told_apart(&cover_with(samples, change), &reference("cover-160x120", 8192));
 }
@@ -82,24 +84,24 @@ fn must_not_be(samples: u32, change: impl FnOnce(&mut Scene)) {
 fn is_told_apart(scene: &Scene, theirs: &Reference) {
     let verdict = judge(&estimate(scene), theirs);
     println!("{verdict}");
-    // With room to spare: another seed must not change the verdict.
+    // With a margin: another seed must not change the result.
     assert!(verdict.worst > 1.3 * verdict.bound, "{verdict}");
 }
 
 #[test]
-fn a_mirror_sphere_moved_by_a_twentieth_is_noticed() {
+fn a_mirror_sphere_moved_by_a_twentieth_is_detected() {
     must_not_be(2048, |scene| {
         scene.entities[COVER_WHITE_SPHERE] = sphere(v(6.0, -2.05, -1.0), 2.0, COVER_WHITE_MIRROR);
     });
 }
 
 #[test]
-fn a_mirror_darker_by_a_twentieth_is_noticed() {
+fn a_mirror_darker_by_a_twentieth_is_detected() {
     must_not_be(2048, |scene| scene.materials[COVER_WHITE_MIRROR] = mirror([0.95; 3]));
 }
 
 #[test]
-fn one_bounce_too_few_is_noticed() {
+fn one_bounce_too_few_is_detected() {
     must_not_be(1024, |scene| scene.render.max_depth = 4);
 }
 
@@ -121,7 +123,7 @@ fn described(name: &str, samples: u32) -> Scene {
     changed(name, samples, &[])
 }
 
-/// Demands that each of these changes to a scene is told from its reference, by few samples.
+/// Requires that each of these changes to a scene is detected with few samples.
 fn each_is_told_apart(name: &str, theirs: &Reference, changes: &[(&str, &str)]) {
     for change in changes {
         println!("{change:?}");
@@ -129,35 +131,35 @@ fn each_is_told_apart(name: &str, theirs: &Reference, changes: &[(&str, &str)]) 
     }
 }
 
-/// The samples of ours that have the noise of the references' 8192: Mitsuba draws one light of all, the environment among
-/// them, and its samples have 1.7 times the variance.
+/// The number of our samples with the noise of the references' 8192: Mitsuba chooses one of all lights, including the
+/// environment, and its samples have 1.7 times the variance.
 const AS_MANY_OF_OURS: u32 = 4800;
 
-/// The same where there are four lights: it has 2.7 times the variance.
+/// The same with four lights: it has 2.7 times the variance.
 const AS_MANY_OF_FOUR_LIGHTS: u32 = 3000;
 
-/// The same where there is but an environment.
+/// The same with an environment only.
 const AS_MANY_OF_ONE_LIGHT: u32 = 8192;
 
-/// The limit where both sample lights: an rms of one is expected, of some two hundred independent z.
+/// The limit if both sample lights: an rms of one is expected, for about two hundred independent z.
 const OF_ONE_METHOD: f64 = 1.15;
 
 #[test]
-fn metals_under_a_spot_and_a_sun_are_the_independent_renderers() {
+fn metals_under_a_spot_and_a_sun_match_the_independent_renderer() {
     let theirs = reference("metals-120x90", AS_MANY_OF_OURS);
     must_be_with(&described("metals", 4096), &theirs, OF_ONE_METHOD);
     is_told_apart(&changed("metals", 1024, &[("roughness = 0.3 }", "roughness = 0.33 }")]), &theirs);
 }
 
 #[test]
-fn frosted_glass_and_a_sheet_are_the_independent_renderers() {
+fn frosted_glass_and_a_sheet_match_the_independent_renderer() {
     let theirs = reference("frosted-120x90", AS_MANY_OF_OURS);
     must_be_with(&described("frosted", 4096), &theirs, OF_ONE_METHOD);
     is_told_apart(&changed("frosted", 1024, &[("roughness = 0.25", "roughness = 0.28")]), &theirs);
 }
 
 #[test]
-fn pictures_in_every_wrap_mode_are_the_independent_renderers() {
+fn textures_in_every_wrap_mode_match_the_independent_renderer() {
     let theirs = reference("wraps-120x90", AS_MANY_OF_FOUR_LIGHTS);
     must_be_with(&described("wraps", 512), &theirs, OF_ONE_METHOD);
     each_is_told_apart(
@@ -170,7 +172,7 @@ fn pictures_in_every_wrap_mode_are_the_independent_renderers() {
             ("wrap = \"black\"", "wrap = \"clamp\""),
             ("filter = \"nearest\"", "filter = \"linear\""),
             ("uv_rotate = -15", "uv_rotate = -12"),
-            // Mirrored, what glows.
+            // The emissive texture is mirrored.
             ("glow.exr\",", "glow.exr\", uv_scale = [-1, 1], uv_offset = [1, 0],"),
             ("penumbra_angle = 18", "penumbra_angle = 14"),
         ],
@@ -178,7 +180,7 @@ fn pictures_in_every_wrap_mode_are_the_independent_renderers() {
 }
 
 #[test]
-fn normal_maps_mixes_cut_outs_and_backs_are_the_independent_renderers() {
+fn normal_maps_mixes_opacity_and_back_sides_match_the_independent_renderer() {
     let theirs = reference("maps-120x90", AS_MANY_OF_FOUR_LIGHTS);
     must_be_with(&described("maps", 512), &theirs, OF_ONE_METHOD);
     each_is_told_apart(
@@ -198,7 +200,7 @@ fn normal_maps_mixes_cut_outs_and_backs_are_the_independent_renderers() {
 }
 
 #[test]
-fn what_a_picture_of_a_sky_lights_is_the_independent_renderers() {
+fn image_based_light_is_the_independent_renderers() {
     let theirs = reference("sky-120x90", AS_MANY_OF_ONE_LIGHT);
     must_be_with(&described("sky", 512), &theirs, OF_ONE_METHOD);
     each_is_told_apart(
@@ -208,18 +210,18 @@ fn what_a_picture_of_a_sky_lights_is_the_independent_renderers() {
             ("rotate = 40", "rotate = 38"),
             ("rotate = 40", "rotate = -40"),
             ("scale = [1, 0.9, 0.8]", "scale = [1, 0.9, 0.82]"),
-            // A ball under the sky, not the sky itself.
+            // A sphere under the sky, not the sky itself.
             ("roughness = 0.35", "roughness = 0.5"),
         ],
     );
 }
 
 #[test]
-fn the_block_test_knows_two_seeds_for_the_same_and_swapped_mirrors_for_another() {
+fn the_block_test_accepts_two_seeds_and_rejects_swapped_mirrors() {
     let (a, b) = (cover_with(64, |_| {}), cover_with(64, |scene| scene.render.seed = 1));
     let (a, b) = (estimate(&a), estimate(&b));
     let same = compare(&a.blocks(), &b.blocks());
-    // The rms of 900 standard normal variables is one within 0.024·√3, as the channels go together.
+    // The rms of 900 standard normal variables is one within 0.024·√3, because the channels are correlated.
     assert!(same.agrees() && (0.85..1.15).contains(&same.rms), "{same}");
     let mut swapped = cover_with(64, |scene| scene.render.seed = 2);
     let (first, second) = (COVER_COLOURED_SPHERE, COVER_WHITE_SPHERE);

@@ -24,7 +24,7 @@ use std::time::Instant;
 use stride::math::lanes::Level;
 use stride::sampling::Stream;
 use stride::shape::Mesh;
-use stride::world::{Instances, Simple, Treed, Triangles, World};
+use stride::world::{Instances, Simple, TreeScope, Triangles, World};
 
 fn main() {
     let mut rays = 4_000_000;
@@ -75,7 +75,7 @@ fn stride_of(mesh: &Mesh, threads: usize) -> World {
 
 fn tree_of(triangles: Triangles, threads: usize) -> World {
     let surfaces = Simple { triangles: Arc::new(triangles), ..Simple::default() };
-    World::built_by(&surfaces, Treed::Everything, threads)
+    World::with_build_threads(&surfaces, TreeScope::Everything, threads)
 }
 
 /// What the tree of a world takes up in memory.
@@ -209,7 +209,7 @@ fn instances(level: Level, count: usize, rounds: usize) {
         }
         let (triangles, instances) = (Arc::new(triangles), Arc::new(instances));
         let surfaces = Simple { triangles, instances, ..Simple::default() };
-        World::built_by(&surfaces, Treed::Everything, 2)
+        World::with_build_threads(&surfaces, TreeScope::Everything, 2)
     });
     let columns = |place: &DAffine3| place.to_cols_array().map(|x| x as f32);
     let placed: Vec<_> = places.iter().map(|(mesh, place)| (*mesh, columns(place))).collect();

@@ -1,24 +1,24 @@
-//! Finding a GPU and opening it.
+//! Selection and opening of a GPU.
 
 use crate::gpu::{AdapterInfo, AdapterKind, GpuError};
 use crossbeam_channel::{Receiver, bounded};
 use std::sync::Arc;
 
-/// Storage buffers that the shaders bind beside the tables.
+/// Storage buffers that shaders bind besides the tables.
 const OTHER_BUFFERS: u32 = 4;
 
-/// A GPU, open for work. Clones are the same device.
+/// An open GPU. Clones refer to the same device.
 #[derive(Clone, Debug)]
 pub struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     info: AdapterInfo,
     table_buffers: u32,
-    /// What went wrong outside of any call that could say so: the first report, once.
+    /// The first error reported outside of any call that could return it; taken once.
     reports: Receiver<String>,
 }
 
-/// The adapters of this machine, the best first.
+/// The adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterInfo> {
     found().into_iter().map(|(info, _)| info).collect()
 }
@@ -30,7 +30,7 @@ fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
     let instance = wgpu::Instance::new(descriptor);
     let adapters = pollster::block_on(instance.enumerate_adapters(backends));
     let mut found: Vec<_> = adapters.into_iter().map(|adapter| (describe(&adapter), adapter)).collect();
-    // A stable sort: among equals the system's own order decides.
+    // The sort is stable: equal adapters keep the system's order.
     found.sort_by_key(|(info, _)| info.kind);
     found
 }
@@ -63,10 +63,10 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
 }
 
 impl Device {
-    /// Opens the best adapter, or the best whose name contains `name`, whatever the case of its letters.
+    /// Opens the best adapter, or the best one whose name contains `name`, ignoring case.
     ///
-    /// Fails when there is no adapter (no driver, or no loader for it), none of that name, or when the
-    /// adapter gives no device.
+    /// Fails if there is no adapter (no driver, or no loader for it), none with that name, or if the adapter provides
+    /// no device.
     pub fn open(name: Option<&str>) -> Result<Device, GpuError> {
         let found = found();
         if found.is_empty() {
@@ -92,7 +92,7 @@ impl Device {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| unusable(error.to_string()))?;
-        // Unless somebody listens, wgpu's answer to an error is a panic. The first report tells most.
+        // By default, wgpu panics on uncaptured errors. The first report is the most useful.
         let (sender, reports) = bounded(1);
         let report = sender.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -104,7 +104,7 @@ impl Device {
         Ok(Device { device, queue, info, table_buffers, reports })
     }
 
-    /// The same device, as if shaders saw no more than this of a buffer, and no more than so many tables' buffers.
+    /// The same device, as if its limits for a buffer binding and for the number of table buffers were lower.
     #[cfg(test)]
     pub(super) fn with_limits(mut self, bytes: u64, table_buffers: u32) -> Device {
         self.info.max_binding = bytes;
@@ -112,35 +112,35 @@ impl Device {
         self
     }
 
-    /// Storage buffers that shaders see beside those that every program has.
+    /// The number of storage buffers available for tables.
     pub(super) fn table_buffers(&self) -> u32 {
         self.table_buffers
     }
 
-    /// What the device is.
+    /// The description of the device.
     pub fn description(&self) -> &AdapterInfo {
         &self.info
     }
 
-    /// The error for work that did not come back.
+    /// The error for results that could not be read.
     pub(super) fn failure(&self, otherwise: &str) -> GpuError {
         let message = self.reports.try_recv().unwrap_or_else(|_| otherwise.to_owned());
         GpuError::Failed { adapter: self.info.name.clone(), message }
     }
 
-    /// An error if something has been reported.
+    /// Returns an error if one has been reported.
     pub(super) fn check(&self) -> Result<(), GpuError> {
         if self.reports.is_empty() { Ok(()) } else { Err(self.failure("")) }
     }
 
-    /// Does something that wgpu checks, and returns what it found wrong.
+    /// Runs `work` and returns any errors that wgpu finds in it.
     pub(super) fn checked<T>(&self, work: impl FnOnce(&wgpu::Device) -> T) -> Result<T, GpuError> {
         let scopes =
             [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal]
                 .map(|filter| self.device.push_error_scope(filter));
         let done = work(&self.device);
         let mut first = None;
-        // Scopes are popped in the reverse order of their pushing.
+        // Scopes are popped in the reverse order of pushing.
         for scope in scopes.into_iter().rev() {
             first = pollster::block_on(scope.pop()).or(first);
         }

@@ -1,8 +1,8 @@
-//! One heap of sixteen-byte words for all tables, in as many pages as the adapter's limits ask for.
+//! A heap of sixteen-byte words for all tables, in as many pages as the adapter's limits require.
 //!
-//! Adapters bind buffers of some size only: 128 MiB where they promise no more than they must. A heap over that is
-//! cut into pages, each a buffer of its own, and the WGSL looks a word up on its page. Where one page holds all,
-//! as nearly everywhere, there is nothing to look up.
+//! Adapters limit the size of a buffer binding, the least capable to 128 MiB. A larger heap is split into pages, each a
+//! buffer of its own, and the WGSL selects a word's page. On nearly all adapters one page holds everything, and there
+//! is no selection.
 
 use super::device::Device;
 use super::layout::{Field, structures};
@@ -11,29 +11,29 @@ use bytemuck::Pod;
 use std::fmt::Write;
 use std::ops::Range;
 
-/// Bytes of a word: what hardware reads at once.
+/// Bytes per word: the size of one hardware load.
 pub(super) const WORD: usize = 16;
 
-/// The first of the pages among the bindings of the tables.
+/// The binding of the first page.
 pub(super) const FIRST_PAGE: u32 = 2;
 
-/// The most pages of a heap. Each is asked for by its own number in the program.
+/// The maximum number of pages. Each has its own case in the program.
 const MOST_PAGES: u32 = 64;
 
-/// How a heap is cut.
+/// The division of a heap into pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Paging {
     pub(super) pages: u32,
-    /// Binary logarithm of the words of a page. Of no meaning where there is only one.
+    /// Binary logarithm of the number of words per page. Unused with a single page.
     bits: u32,
 }
 
 impl Paging {
-    /// All on one page.
+    /// A single page.
     pub(super) const ONE: Paging = Paging { pages: 1, bits: 0 };
 
-    /// Cuts a heap of so many words for shaders that see so many bytes of a buffer, and so many buffers. Fails with
-    /// the number of bytes that would fit.
+    /// Divides a heap of `words` words for shaders with limits on a binding's bytes and on the number of buffers. Fails
+    /// with the number of bytes that would fit.
     fn of(words: usize, max_binding: u64, most_pages: u32) -> Result<Paging, u64> {
         let (words, most_words) = (words as u64, max_binding / WORD as u64);
         if words <= most_words {
@@ -41,7 +41,7 @@ impl Paging {
         }
         let most_pages = u64::from(most_pages.min(MOST_PAGES));
         let bits = most_words.checked_ilog2().unwrap_or(0).min(31);
-        // A word's number has 32 bits.
+        // Words are indexed in 32 bits.
         let fits =
             if most_words == 0 { 0 } else { (most_pages << bits).min(u64::from(u32::MAX)).max(most_words) };
         if words > fits {
@@ -50,7 +50,7 @@ impl Paging {
         Ok(Paging { pages: words.div_ceil(1 << bits) as u32, bits })
     }
 
-    /// Cuts a heap of so many words for a device.
+    /// Divides a heap for a device.
     pub(super) fn on(device: &Device, words: usize) -> Result<Paging, GpuError> {
         let info = device.description();
         Paging::of(words, info.max_binding, device.table_buffers()).map_err(|limit| GpuError::TooLarge {
@@ -61,7 +61,7 @@ impl Paging {
         })
     }
 
-    /// Which words are on a page.
+    /// The range of words on a page.
     fn range(&self, page: u32, words: usize) -> Range<usize> {
         if self.pages == 1 {
             return 0..words;
@@ -70,7 +70,7 @@ impl Paging {
         first..words.min(first + (1 << self.bits))
     }
 
-    /// The pages as WGSL declares them, and how it reads a word.
+    /// The WGSL declarations of the pages, and of the function that reads a word.
     pub(super) fn text(&self) -> String {
         let mut text = String::new();
         for page in 0..self.pages {
@@ -95,7 +95,7 @@ impl Paging {
     }
 }
 
-/// A table as it lies in the heap.
+/// A table, in the form in which it is written to the heap.
 pub(super) struct Section<'a> {
     bytes: &'a [u8],
 }
@@ -111,12 +111,12 @@ impl<'a> Section<'a> {
     }
 }
 
-/// The pages as buffers. The heap exists nowhere else: tables are written straight to them.
+/// The pages as buffers. Tables are written to them directly; the heap exists nowhere else.
 pub(super) fn upload(device: &wgpu::Device, sections: &[Section<'_>], paging: Paging) -> Vec<wgpu::Buffer> {
     let words: usize = sections.iter().map(Section::words).sum();
     let page = |page| {
         let range = paging.range(page, words);
-        // Buffers are not empty.
+        // Buffers must not be empty.
         let bytes = (range.len() * WORD).max(WORD);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("page"),
@@ -124,7 +124,7 @@ pub(super) fn upload(device: &wgpu::Device, sections: &[Section<'_>], paging: Pa
             usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: true,
         });
-        // There is none where memory is lacking: whoever asked for the buffers is told.
+        // Without memory there is no mapped range; the caller of the buffers' creation gets the error.
         if let Ok(mut view) = buffer.get_mapped_range_mut(..) {
             let (from, to) = (range.start * WORD, range.end * WORD);
             let mut start = 0;
@@ -144,19 +144,19 @@ pub(super) fn upload(device: &wgpu::Device, sections: &[Section<'_>], paging: Pa
     (0..paging.pages).map(page).collect()
 }
 
-/// A field of a type of WGSL's in a row whose words are called `w0`, `w1` and so on: some numbers of a word.
+/// A field of a WGSL type in a row whose words are called `w0`, `w1` and so on: some components of a word.
 pub(super) fn field(ty: &str, word: usize, numbers: Range<usize>) -> String {
     format!("bitcast<{ty}>(w{word}.{})", &"xyzw"[numbers])
 }
 
-/// A field as the host lays it.
+/// A field in the host's layout.
 fn read_field(host: &Field) -> String {
     let (word, first, count) = (host.offset / WORD, host.offset % WORD / 4, host.size / 4);
     field(host.wgsl_type(), word, first..first + count)
 }
 
-/// WGSL that reads a row of so many words, with its fields in the structure's order (see [`field`]), of the table that
-/// begins with the heap's word `scene.FROM`.
+/// The WGSL of a function that reads a row of `words` words from the table that starts at the heap's word `scene.FROM`.
+/// Fields are in the structure's order (see [`field`]).
 pub(super) fn reader(
     name: &str,
     function: &str,
@@ -174,19 +174,19 @@ pub(super) fn reader(
     text
 }
 
-/// The names in the WGSL of the tables that the host keeps by rows, too: `vertex_at(row)` reads a row of the table that
-/// begins with the heap's word `scene.vertices_from`.
+/// The WGSL names of the tables that the host also stores by rows: `vertex_at(row)` reads a row of the table that
+/// starts at the heap's word `scene.vertices_from`.
 const TABLES: [(&str, &str, &str); 6] = [
     ("LightNode", "light_node_at", "light_nodes_from"),
     ("TreeNode", "tree_node_at", "tree_nodes_from"),
     ("Triangle", "triangle_at", "triangles_from"),
-    // Instances stand among triangles.
+    // Instances are stored among triangles.
     ("Instance", "instance_at", "triangles_from"),
     ("MeshVertex", "vertex_at", "vertices_from"),
     ("PlaceRow", "place_row_at", "places_from"),
 ];
 
-/// WGSL that reads rows of these tables, from the host's own layouts.
+/// WGSL functions that read rows of these tables, from the host's layouts.
 pub(super) fn readers() -> String {
     let structures = structures();
     let one = |(name, function, from): (&str, &str, &str)| {
@@ -203,13 +203,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_heap_is_cut_only_where_it_must_be() {
+    fn a_heap_is_divided_only_if_necessary() {
         let of =
             |words, bytes, pages| Paging::of(words, bytes, pages).map(|paging| (paging.pages, paging.bits));
         assert_eq!(of(0, 1 << 27, 5), Ok((1, 0)));
         assert_eq!(of(1 << 23, 1 << 27, 5), Ok((1, 0)));
         assert_eq!(of((1 << 23) + 1, 1 << 27, 5), Ok((2, 23)));
-        // A limit that is no power of two counts as the next below, unless one page holds all.
+        // A limit that is not a power of two is rounded down to one, unless one page holds everything.
         assert_eq!(of(100, 1600, 5), Ok((1, 0)));
         assert_eq!(of(101, 1600, 5), Ok((2, 6)));
         assert_eq!(of(320, 1600, 5), Ok((5, 6)));

@@ -1,9 +1,9 @@
-//! What the host and the device exchange: the layouts, and the constants that both must agree on.
+//! Data exchanged between the host and the device: layouts, and constants that both must agree on.
 
 use crate::film::Reject;
 use bytemuck::{Pod, Zeroable};
 
-/// A structure, as it lies in memory.
+/// A structure and its memory layout.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Structure {
     pub(super) name: &'static str,
@@ -18,13 +18,13 @@ pub(super) struct Field {
     pub(super) name: &'static str,
     pub(super) offset: usize,
     pub(super) size: usize,
-    /// As Rust writes it.
+    /// The type in Rust.
     ty: &'static str,
     docs: &'static [&'static str],
 }
 
-/// Declares structures for the host, and lists them with their fields, of which WGSL gets its declarations. Fields whose
-/// names begin with an underscore are WGSL's own gaps between its fields.
+/// Declares structures for the host, and lists their fields, from which the WGSL declarations are made. Fields whose
+/// names begin with an underscore are padding that WGSL inserts by itself.
 macro_rules! shared {
     ($(
         $(#[doc = $doc:literal])*
@@ -35,7 +35,7 @@ macro_rules! shared {
         #[repr(C)]
         pub(super) struct $name { $($(#[doc = $field_doc])* pub(super) $field: $type,)* })*
 
-        /// Every structure.
+        /// All structures.
         pub(super) fn structures() -> Vec<Structure> {
             vec![$(Structure {
                 name: stringify!($name),
@@ -54,12 +54,12 @@ macro_rules! shared {
 }
 
 impl Structure {
-    /// The fields that WGSL has.
+    /// The fields without padding.
     pub(super) fn named(&self) -> impl Iterator<Item = &Field> {
         self.fields.iter().filter(|field| !field.name.starts_with('_'))
     }
 
-    /// Its declaration in WGSL.
+    /// The declaration in WGSL.
     fn declaration(&self) -> String {
         let comment = |docs: &[&str], indent: &str| -> String {
             docs.iter().map(|doc| format!("{indent}//{doc}\n")).collect()
@@ -73,7 +73,7 @@ impl Structure {
 }
 
 impl Field {
-    /// Its type in WGSL.
+    /// The type in WGSL.
     pub(super) fn wgsl_type(&self) -> &'static str {
         match self.ty {
             "u32" => "u32",
@@ -92,7 +92,7 @@ impl Field {
 }
 
 impl Scene {
-    /// Sets a field to the bits of its numbers.
+    /// Sets a field from the bits of its numbers.
     ///
     /// # Panics
     /// Panics if there is no such field, or it takes another number of words.
@@ -106,13 +106,13 @@ impl Scene {
     }
 }
 
-/// The structures in WGSL.
+/// The declarations of all structures in WGSL.
 pub(super) fn declarations() -> String {
     structures().iter().map(Structure::declaration).collect()
 }
 
 shared! {
-    /// The camera, the film, the settings, and how much of everything there is.
+    /// The camera, the film, the settings, and the sizes of all tables.
     struct Scene {
         eye: [f32; 3],
         pixel_side: f32,
@@ -124,22 +124,23 @@ shared! {
         focus_distance: f32,
         environment: [f32; 3],
         seed: u32,
-        /// A ball around the scene.
+        /// The bounding sphere of the scene.
         extent_centre: [f32; 3],
         extent_radius: f32,
-        /// The ambient term of `whitted`.
+        /// The ambient radiance of `whitted`.
         ambient: [f32; 3],
         max_depth: u32,
         centre: [f32; 2],
         offset_radius: f32,
-        /// Surfaces that every ray asks are sorted by shape: planes, then spheres, then quads, then disks and cylinders as
-        /// they come. Each ends where the next begins; what follows is in the tree, or is a mesh.
+        /// The surfaces that every ray is tested against, sorted by kind: planes, spheres, quads, then disks and
+        /// cylinders together. Each field is the end of a kind and the start of the next; the following rows are in the
+        /// tree or belong to meshes.
         planes_end: u32,
         spheres_end: u32,
         quads_end: u32,
-        rare_end: u32,
-        /// All lights that can be sampled, and the delta lights and those at infinity among them. Each of the latter is a
-        /// group, and all others are one.
+        custom_end: u32,
+        /// The numbers of lights that can be sampled, and of delta lights and lights at infinity among them. Each light
+        /// at infinity is a group of its own; all others form one group.
         lights: u32,
         delta_lights: u32,
         infinite_lights: u32,
@@ -149,9 +150,9 @@ shared! {
         region_x: u32,
         region_y: u32,
         region_width: u32,
-        /// Zero, which no compiler can know.
+        /// Zero, in a form that no compiler can fold.
         zero: u32,
-        /// The heap's words with which the tables begin.
+        /// The heap's words at which the tables start.
         surfaces_from: u32,
         materials_from: u32,
         lights_from: u32,
@@ -160,37 +161,36 @@ shared! {
         triangles_from: u32,
         vertices_from: u32,
         places_from: u32,
-        /// The node with which the tree in the world's own space begins, and the share of a ray's origin by which a ray is
-        /// moved beside its boxes.
+        /// The root of the top-level tree, and the fraction by which a ray is moved relative to its boxes.
         tree_root: u32,
         tree_share: f32,
-        /// The heap's word with which the filter's weights begin.
+        /// The heap's word at which the filter's weights start.
         weights_from: u32,
-        /// Those with which the cells of grids begin, the media, the textures in the place of parameters, the instructions of
-        /// textures, the pictures, and the texels of these.
+        /// The heap's words at which these start: the cells of grids, media, textured parameters, instructions of
+        /// textures, pictures, and their texels.
         cells_from: u32,
         media_from: u32,
         bindings_from: u32,
         instructions_from: u32,
         pictures_from: u32,
         texels_from: u32,
-        /// Added to a position in multiples of 2^−CHANCE_BITS, it gives the first tap, rounded down; and whether it was not
-        /// rounded, so that there may be ties.
+        /// Added to a position in multiples of 2^−CHANCE_BITS, the first number gives the first tap, rounded down. The
+        /// second tells whether it is inexact, so that ties are possible.
         tap_shift: i32,
         tap_ties: u32,
         /// Columns and rows of the grid by which a picture at infinity is sampled.
         smooth_columns: u32,
         smooth_rows: u32,
-        /// The media that the camera is inside of, in two words.
+        /// The media that contain the camera, in two words.
         inside_x: u32,
         inside_y: u32,
-        /// Of `FilmOffset::Drawn`: 65 nodes, four a row.
+        /// The table of `FilmOffset::Drawn`: 65 nodes, four per row.
         offset_nodes: [[f32; 4]; 17],
     }
 
-    /// One dispatch: the same samples for each of some slots of a stride.
+    /// One dispatch: a range of samples, for each of some slots of a stride.
     struct Dispatch {
-        /// The stride: every nth place, or every nth run of places.
+        /// The stride: every nth pixel, or every nth run of pixels.
         stride_first: u32,
         stride_step: u32,
         stride_run: u32,
@@ -200,12 +200,12 @@ shared! {
         first_sample: u32,
         samples: u32,
         sends_samples: u32,
-        /// The band that samples are added to: its first column and row, in those of the whole film, and its size.
+        /// The band that samples are added to: its first column and row on the entire film, and its size.
         band_left: i32,
         band_top: i32,
         band_width: u32,
         band_pixels: u32,
-        /// The most samples that are sent because they are too bright for the band.
+        /// The maximum number of samples returned because they are too bright for the band.
         most_bright: u32,
     }
 
@@ -218,30 +218,31 @@ shared! {
         cos_o: f32,
         cos_e: f32,
         spread: f32,
-        /// Index of the first child, the others follow it, and from bit COUNT_FROM on one less than their number; or the
-        /// index of the light with LEAF set.
+        /// The index of the first child, which the others follow, with the number of children minus one in the bits
+        /// from COUNT_FROM; or the index of the light, with LEAF set.
         link: u32,
-        /// Square of the distance from which on power alone says which of the lights is asked.
+        /// The squared distance beyond which lights are chosen by power alone.
         far2: f32,
-        /// Whole units of power.
+        /// The power, in integer units.
         units: u32,
-        /// Where its lights begin in the order of the tree.
+        /// The index of its first light in the order of the tree.
         first: u32,
-        /// Where a lamp's tree begins, how many lights the lamp has.
+        /// The root of a mesh light's tree, and the number of its lights.
         lights: u32,
     }
 
     /// A node of the tree over surfaces: eight boxes, rounded outwards to 256 steps of a power of two along each axis.
     struct TreeNode {
-        /// The boxes' least coordinates.
+        /// The minimum coordinates of the boxes.
         origin: [f32; 3],
-        /// The exponents of the steps along x, y and z as floats have them, then which boxes hold nodes.
+        /// The exponents of the steps along x, y and z, biased as in floats, then a mask of the boxes that hold nodes.
         scales: u32,
-        /// The first of those nodes, which stand side by side, and of what the leaves hold; instances are among triangles.
+        /// The index of the first child node, which the others follow, and of the first leaf item of each kind;
+        /// instances are stored among triangles.
         nodes: u32,
         triangles: u32,
         surfaces: u32,
-        /// NO_NODE at the beginning of a tree.
+        /// The parent; NO_NODE for the root of a tree.
         parent: u32,
         /// Sixteen bits for each box: see `leaf_at`.
         leaves: [u32; 4],
@@ -257,10 +258,10 @@ shared! {
     /// A triangle of a mesh.
     struct Triangle {
         a: [f32; 3],
-        /// Its number on the host, which decides ties.
+        /// The host's surface number, by which ties are resolved.
         number: u32,
         b: [f32; 3],
-        /// Its mesh: index into `surfaces`. Of a shared mesh its place tells.
+        /// The mesh's index in `surfaces`. For a shared mesh, its instance holds the index.
         surface: u32,
         c: [f32; 3],
         /// Index into `lights`, or NO_LIGHT.
@@ -270,36 +271,36 @@ shared! {
         _end: u32,
     }
 
-    /// A group or a shared mesh where it stands, as rays come to it. It has the place of a triangle.
+    /// An instance of a group or shared mesh, for traversal. It has the size of a triangle.
     struct Instance {
-        /// The rows of the matrix that takes directions to the mesh's own space.
+        /// The rows of the matrix that transforms directions to the mesh's own space.
         to_mesh_x: [f32; 3],
-        /// The node with which the mesh's tree begins.
+        /// The root of the mesh's tree.
         root: u32,
         to_mesh_y: [f32; 3],
-        /// Its number on the host, from one.
+        /// The instance's number on the host, from 1.
         number: u32,
         to_mesh_z: [f32; 3],
         _middle: u32,
-        /// Where the mesh's origin is in the world.
+        /// The origin of the mesh's space, in the world.
         origin: [f32; 3],
         _end: u32,
     }
 
-    /// The same as hits look it up: by its number less one.
+    /// An instance for the completion of hits, indexed by its number minus 1.
     struct PlaceRow {
-        /// The rows of the matrix that takes directions to the world.
+        /// The rows of the matrix that transforms directions to the world.
         to_world_x: [f32; 3],
-        /// The most by which it lengthens.
+        /// The largest factor by which the matrix stretches a vector.
         stretch: f32,
         to_world_y: [f32; 3],
-        /// The condition number of that matrix for errors.
+        /// The condition number of the matrix for errors.
         condition: f32,
         to_world_z: [f32; 3],
-        /// Index into `surfaces`; of a group, whose surfaces have rows of their own, the greatest number.
+        /// The row in `surfaces`; for a group, whose surfaces have their own rows, the largest `u32`.
         surface: u32,
         to_mesh_x: [f32; 3],
-        /// −1 for a group that is mirrored, else 1.
+        /// −1 for a mirrored group, else 1.
         side: f32,
         to_mesh_y: [f32; 3],
         _y: u32,
@@ -309,16 +310,16 @@ shared! {
         _end: u32,
     }
 
-    /// What a mesh says of a vertex.
+    /// The attributes of a mesh vertex.
     struct MeshVertex {
-        /// Zero where it says nothing; uv then are NaN.
+        /// The normal, or zero if there is none; a missing uv is NaN.
         normal: [f32; 3],
         u: f32,
         v: f32,
         _end: [u32; 3],
     }
 
-    /// A branch of `whitted` that waits.
+    /// A pending branch of `whitted`.
     struct WaitingBranch {
         o: [f32; 3],
         depth: u32,
@@ -329,20 +330,20 @@ shared! {
         interiors_y: u32,
     }
 
-    /// Exact sums of one slot's samples. Radiance: 96 bits a channel, in three words; squares: 128 bits.
+    /// Exact sums of the samples of one slot. Radiance: 96 bits per channel, in three words; squares: 128 bits.
     struct SlotSums {
         low: [u32; 3],
-        /// Zero where the driver ended the work before its end.
+        /// The number of rays traced; zero if the driver ended the work early.
         rays: u32,
         middle: [u32; 3],
-        /// How many samples were left out, and in the uppermost two bits why the first was.
+        /// The number of rejected samples; the two highest bits are the reason for the first.
         rejected: u32,
         high: [u32; 3],
         first_reject: u32,
         squares: [u32; 4],
     }
 
-    /// One sample, bit patterns of floats where it holds floats: what is no number must travel as it is.
+    /// One sample. Floats are stored as bit patterns, so that NaN is preserved.
     struct SampleWords {
         pixel: u32,
         sample: u32,
@@ -354,21 +355,21 @@ shared! {
     }
 }
 
-/// The bits of [`SlotSums::rejected`] below the reason.
+/// The bits of [`SlotSums::rejected`] that hold the number.
 pub(super) const REJECT_SHIFT: u32 = 30;
 
-/// The reasons, in the numbers that the device uses; zero is none.
+/// The reasons and their codes on the device; zero means none.
 pub(super) const REJECTS: [(u32, Reject); 3] =
     [(1, Reject::NotANumber), (2, Reject::TooBright), (3, Reject::Negative)];
 
-/// The distance of a hit that does not happen. The CPU has an infinity for it, which WGSL cannot name.
+/// The distance of a missing hit. The CPU uses infinity, which WGSL cannot express.
 pub(super) const NOTHING: f32 = f32::MAX;
 
-/// Bits behind the binary point of a position on the film: a sum of halves and of what is drawn from so many bits.
+/// Fraction bits of a film position, which is the sum of a half-integer and a drawn number of that many bits.
 pub(super) const CHANCE_BITS: u32 = 24;
 
-/// Taps in a word of the heap.
+/// Taps per word of the heap.
 pub(super) const TAPS_IN_A_WORD: u32 = 4;
 
-/// Branches of `whitted` that may wait for one invocation; from then on chance chooses among them.
+/// The maximum number of pending branches of `whitted` per invocation. Beyond it, branches are chosen at random.
 pub(super) const MOST_BRANCHES: u32 = 16;

@@ -1,4 +1,4 @@
-//! The room with a GPU.
+//! The GPU worker in builds with GPU support.
 
 mod device;
 mod heap;
@@ -23,8 +23,8 @@ pub use worker::GpuWorker;
 
 use crate::gpu::{GpuError, Job};
 
-/// The WGSL that a GPU runs for a job, on an adapter with uniforms that takes all tables in one buffer: the recorded functions,
-/// and those written by hand.
+/// The WGSL of a job on an adapter with uniforms and a single page of tables: the recorded functions and the
+/// hand-written ones.
 pub fn wgsl(job: &Job<'_>) -> Result<String, GpuError> {
     program::of_job(job)
 }

@@ -1,7 +1,7 @@
-//! How much work goes into one dispatch.
+//! The amount of work per dispatch.
 //!
-//! A dispatch that takes long lets the system's watchdog reset the device and pictures stand still; one
-//! that is short leaves the device waiting. Its size never shows in the picture.
+//! Long dispatches freeze the display and may trigger the system's watchdog, which resets the device. Short dispatches
+//! leave the device idle. The size of dispatches never affects the image.
 
 use crate::film::sums::MAX_COUNT;
 use crate::render::{Order, Stride};
@@ -9,36 +9,37 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long a dispatch should take: a frame. Beside it a launch of some tens of microseconds is nothing, and the
-/// impatient of drivers wait for two seconds.
+/// The target duration of a dispatch: one frame. It is far above the launch overhead of some tens of microseconds, and
+/// far below the watchdog limit of two seconds of the strictest drivers.
 const TARGET: Duration = Duration::from_millis(20);
 
-/// Paths in the first dispatch, before anything is known: a few milliseconds of a slow device.
+/// The number of paths in the first dispatch: a few milliseconds on a slow device.
 const FIRST_PATHS: f64 = 4096.0;
 
-/// A dispatch has at least this many paths.
+/// The minimum number of paths in a dispatch.
 const FEWEST_PATHS: f64 = 256.0;
 
-/// The most slots in a dispatch: 16 MiB of sums, and at most 102 MiB of those of its first hits, as far as layers are
-/// asked for and are of its samples.
+/// The maximum number of slots in a dispatch: 16 MiB of sums, and at most 102 MiB of sums of first hits where layers
+/// are requested.
 pub(super) const MOST_SLOTS: u32 = 1 << 18;
 
-/// The most samples that a dispatch sends one by one: 7 MB.
+/// The maximum number of samples that a dispatch returns individually: 7 MB.
 pub(super) const MOST_SAMPLES: u32 = 1 << 18;
 
-/// The most samples that a dispatch may find too bright for a band of sums: these are sent one by one, 2 MB.
+/// The maximum number of samples per dispatch that may be too bright for a band of sums. These are returned
+/// individually: 2 MB.
 pub(super) const MOST_BRIGHT: u32 = 1 << 16;
 
-/// And for how many there is room at first: 7 kB, which travel with each dispatch whether anything is in them or not.
+/// The initial capacity for such samples: 7 kB, transferred with every dispatch whether used or not.
 pub(super) const FIRST_BRIGHT: u32 = 1 << 8;
 
-/// A visit to a slot costs its sums, so it should add a few samples.
+/// Each visit to a slot costs the transfer of its sums, so it should add a few samples.
 const SAMPLES_A_VISIT: f64 = 8.0;
 
-/// And more where it costs a part of a band, with the rows that the filter reaches.
+/// The same with bands, where a visit also costs the rows within the filter's reach.
 const SAMPLES_A_VISIT_OF_SPLATS: f64 = 32.0;
 
-/// What one dispatch does: these samples for each of these slots of a stride.
+/// The work of one dispatch: a range of samples, for each of some slots of a stride.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Task {
     pub(super) stride: Stride,
@@ -46,7 +47,7 @@ pub(super) struct Task {
     pub(super) slots: u32,
     pub(super) first_sample: u32,
     pub(super) samples: u32,
-    /// With the last task of an order: what it completes.
+    /// The order that this task completes, if it is the last of an order.
     pub(super) completes: Option<u32>,
 }
 
@@ -55,8 +56,7 @@ impl Task {
         u64::from(self.slots) * u64::from(self.samples)
     }
 
-    /// Two tasks that make up this one; the first does no more of its kind than a pace allows. One alone if it is
-    /// not too much.
+    /// Splits this task in two if it exceeds the pace; the first part is within the pace.
     fn split(self, pace: &Pace) -> (Task, Option<Task>) {
         let paths = pace.most_paths;
         let samples = pace.most_samples.min((paths / self.slots).max(1));
@@ -74,7 +74,7 @@ impl Task {
     }
 }
 
-/// Takes as much of tasks that wait as a pace allows.
+/// Takes as many of the pending tasks as the pace allows.
 pub(super) fn next_part(tasks: &mut VecDeque<Task>, pace: &Pace) -> Option<Task> {
     let mut part = tasks.pop_front()?;
     loop {
@@ -85,14 +85,14 @@ pub(super) fn next_part(tasks: &mut VecDeque<Task>, pace: &Pace) -> Option<Task>
     }
 }
 
-/// How many paths take the target time.
+/// The number of paths that take the target time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     paths: f64,
-    /// The most that there is room for what they bring.
+    /// The maximum number of paths for which the results fit.
     most_paths: u32,
     samples_a_visit: f64,
-    /// The most samples for each slot, and the most slots, that the driver lets invocations finish.
+    /// The maximum number of samples per slot, and of slots per invocation, that the driver lets run to the end.
     most_samples: u32,
     most_slots: u32,
 }
@@ -109,20 +109,20 @@ impl Pace {
         }
     }
 
-    /// For samples that are put on bands.
+    /// The initial pace for samples that are added to bands.
     pub(super) fn of_splats() -> Pace {
         Pace { samples_a_visit: SAMPLES_A_VISIT_OF_SPLATS, ..Pace::new(false) }
     }
 
-    /// After a task with more bright samples than there is room for: half as many as would fit if they lie evenly. So
-    /// many paths as there is room for always fit.
+    /// After a task with more bright samples than fit: aims at half as many as fit if they are evenly distributed. As
+    /// many paths as the capacity always fit.
     pub(super) fn leave_room(&mut self, task: &Task, bright: u32, room: u32) {
         let even = task.paths() * u64::from(room) / u64::from(bright.max(1)) / 2;
         self.most_paths = even.clamp(room.into(), self.most_paths.max(room).into()) as u32;
     }
 
-    /// After a task that the driver ended too soon: the next ones ask less of each of so many invocations. Returns
-    /// whether less can be asked.
+    /// After a task that the driver ended early: reduces the work per invocation of the next tasks. Returns whether
+    /// that was possible.
     pub(super) fn ask_less(&mut self, task: &Task, invocations: u32) -> bool {
         if task.samples > 1 {
             self.most_samples = self.most_samples.min(task.samples / 2);
@@ -134,20 +134,20 @@ impl Pace {
         true
     }
 
-    /// Learns from a dispatch. Large steps up are taken one by one: the first dispatches measure the start.
+    /// Adjusts to the duration of a dispatch. Growth is limited per step, as the first dispatches include start-up.
     pub(super) fn learn(&mut self, paths: u64, took: Duration) {
         let fitting = paths as f64 * TARGET.as_secs_f64() / took.as_secs_f64().max(1e-6);
         self.paths = fitting.clamp(self.paths * 0.25, self.paths * 2.0).max(FEWEST_PATHS);
     }
 
-    /// Learns from a dispatch that took no longer than this, but perhaps much less.
+    /// Adjusts to a dispatch that took at most this time, and possibly much less.
     pub(super) fn learn_at_most(&mut self, paths: u64, took: Duration) {
         if took < TARGET {
             self.learn(paths, took);
         }
     }
 
-    /// Slots and samples of a dispatch, where so many are left.
+    /// The slots and samples of a dispatch, given those that remain.
     fn tile(&self, slots: u32, samples: u32) -> (u32, u32) {
         let most = self.paths.min(f64::from(self.most_paths));
         let wanted = most / f64::from(samples.min(self.most_samples)).min(self.samples_a_visit);
@@ -157,50 +157,50 @@ impl Pace {
     }
 }
 
-/// Slots that get the same samples.
+/// A run of slots that get the same samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Run {
     pub(super) slots: Range<u32>,
     pub(super) samples: Range<u32>,
 }
 
-/// What is left of an order: all its samples for a few slots, then for the next.
+/// The remaining work of an order: all samples of a few slots, then of the next.
 #[derive(Clone, Debug)]
 pub(super) struct Remaining {
     order: Order,
-    /// None is empty.
+    /// The runs; none is empty.
     runs: VecDeque<Run>,
-    /// Slots that are being worked at; zero before they are chosen.
+    /// The number of slots in the current group; zero before it is chosen.
     slots: u32,
     sample: u32,
 }
 
 impl Remaining {
-    /// An order over some slots, all of which get all of its samples.
+    /// An order over some slots, each of which gets all of its samples.
     pub(super) fn new(order: Order, all_slots: u32) -> Remaining {
         Remaining::of(order, [Run { slots: 0..all_slots, samples: order.first..order.end }])
     }
 
-    /// What is left of an order for slots that have some of it already.
+    /// The remaining work of an order for slots that have some of its samples.
     pub(super) fn of(order: Order, runs: impl IntoIterator<Item = Run>) -> Remaining {
         let runs = runs.into_iter().filter(|run| !run.slots.is_empty() && !run.samples.is_empty()).collect();
         Remaining { order, runs, slots: 0, sample: 0 }
     }
 
-    /// Whether nothing is left of it.
+    /// Whether nothing remains.
     pub(super) fn is_done(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// The next task, or none when the order is done. From a place of the region on, it is for so many places at most
-    /// as `reach` says.
+    /// The next task, or `None` when the order is complete. `reach` returns the maximum number of pixels of a task from
+    /// a pixel of the region.
     pub(super) fn next(&mut self, pace: &Pace, reach: impl Fn(u32) -> u32) -> Option<Task> {
         let run = self.runs.front_mut()?;
         if self.slots == 0 {
             self.sample = run.samples.start;
             let Order { stride, .. } = self.order;
             let place = stride.place(run.slots.start);
-            // A stride's length up to a place is the number of the first slot from there on.
+            // The number of a stride's pixels before a pixel is the slot of the first pixel from there.
             let within = stride.len(place.saturating_add(reach(place))) - run.slots.start;
             self.slots = pace.tile(within.min(run.slots.len() as u32), run.samples.len() as u32).0;
         }
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn tasks_hold_every_sample_of_every_slot_once_whatever_the_pace() {
+    fn tasks_cover_every_sample_of_every_slot_once_at_any_pace() {
         for took in [Duration::ZERO, Duration::from_millis(30), Duration::from_secs(9)] {
             for (first, end, slots) in [(0, 1, 70_000), (3, 259, 1000), (0, 256, 3), (0, 2000, 1)] {
                 let tasks =
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_is_done_in_parts() {
+    fn oversized_tasks_are_split() {
         let mut pace = Pace::new(false);
         let whole = Task {
             stride: Stride::ALL,
@@ -320,7 +320,7 @@ mod tests {
         assert!(pace.ask_less(&whole, 32) && pace.ask_less(&Task { samples: 11, ..whole }, 32));
         assert!(pace.tile(1000, 1000).1 <= 5);
         assert!(pace.ask_less(&Task { samples: 1, ..whole }, 32) && pace.tile(1000, 1000).0 <= 32);
-        // Neither fewer samples nor fewer slots for an invocation.
+        // Neither fewer samples nor fewer slots per invocation are possible.
         assert!(!pace.ask_less(&Task { samples: 1, slots: 32, ..whole }, 32));
         let (mut left, mut seen) = (VecDeque::from([whole]), vec![0; 105 * 28]);
         while let Some(part) = next_part(&mut left, &pace) {
@@ -337,10 +337,10 @@ mod tests {
     }
 
     #[test]
-    fn a_task_goes_no_farther_than_its_places_reach() {
+    fn a_task_stays_within_reach() {
         let stride = Stride { first: 30, step: 100, run: 40 };
         let order = Order { stride, first: 2, end: 9 };
-        // Rows of 90 places, two of which share a band.
+        // Rows of 90 pixels; two rows share a band.
         let reach = |place: u32| 180 - place % 90;
         for pace in [Pace::new(false), Pace { paths: 300.0, ..Pace::new(false) }] {
             let mut remaining = Remaining::new(order, stride.len(1000));
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn where_bright_samples_find_no_room_fewer_paths_are_followed() {
+    fn tasks_shrink_when_bright_samples_overflow() {
         let mut pace = Pace::new(false);
         let task = Task {
             stride: Stride::ALL,
@@ -375,7 +375,7 @@ mod tests {
             paths += part.paths();
         }
         assert_eq!(paths, 50_000);
-        // As many as there is room for, whatever they are, and never more than before.
+        // As many as the capacity, of any brightness, and never more than before.
         pace.leave_room(&Task { slots: 100, ..task }, 5000, 100);
         assert_eq!(pace.most_paths, 100);
         let (slots, samples) = Pace { paths: 1e9, ..pace }.tile(1 << 20, 256);

@@ -1,4 +1,4 @@
-//! The program over a scene's tables, and the buffers that dispatches work on.
+//! The program bound to a scene's tables, and the buffers of dispatches.
 
 use super::device::Device;
 use super::heap;
@@ -15,14 +15,14 @@ use bytemuck::Pod;
 use crossbeam_channel::{Receiver, bounded};
 use wgpu::util::DeviceExt;
 
-/// The most bytes that waiting branches of `whitted` get.
+/// The maximum size of the buffer of pending branches of `whitted`, in bytes.
 const BRANCH_BYTES: u64 = 64 << 20;
 
 /// A program with its tables.
 pub(super) struct Pipeline {
     program: Program,
     tables: wgpu::BindGroup,
-    /// The most workgroups in a dispatch.
+    /// The maximum number of workgroups in a dispatch.
     workgroups: u32,
 }
 
@@ -39,23 +39,24 @@ pub(super) fn bind(
 }
 
 impl Pipeline {
-    /// A program over a job's scene, which has the program's plan.
+    /// Binds a program to a job's scene. The program must have been compiled for the scene's plan.
     pub(super) fn new(
         device: &Device,
         job: &Job<'_>,
         tables: &Tables,
         program: Program,
     ) -> Result<Pipeline, GpuError> {
-        let shape = program.shape;
-        let mut workgroups = shape.workgroups;
+        let dispatch_limits = program.dispatch_limits;
+        let mut workgroups = dispatch_limits.workgroups;
         let mut branches = 1;
         if job.render.integrator == Integrator::Whitted {
-            let a_group = u64::from(shape.workgroup_size * MOST_BRANCHES) * size_of::<WaitingBranch>() as u64;
+            let a_group =
+                u64::from(dispatch_limits.workgroup_size * MOST_BRANCHES) * size_of::<WaitingBranch>() as u64;
             let most = BRANCH_BYTES.min(device.description().max_binding) / a_group;
             workgroups = workgroups.min(most as u32).max(1);
-            // A dispatch has no more invocations than the region has places, and all that is asked for is zeroed.
-            let groups = job.region.len().div_ceil(shape.workgroup_size).clamp(1, workgroups);
-            branches = u64::from(groups * shape.workgroup_size * MOST_BRANCHES);
+            // A dispatch has at most one invocation per pixel of the region, and all of the buffer is zeroed.
+            let groups = job.region.len().div_ceil(dispatch_limits.workgroup_size).clamp(1, workgroups);
+            branches = u64::from(groups * dispatch_limits.workgroup_size * MOST_BRANCHES);
         }
         device.checked(|device| {
             let scene = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -86,7 +87,7 @@ pub(super) struct DispatchBuffers {
     group: wgpu::BindGroup,
 }
 
-/// A buffer that the device writes, and its copy that the host reads.
+/// A buffer that the device writes, with a copy that the host reads.
 struct Output {
     written: wgpu::Buffer,
     read: wgpu::Buffer,
@@ -110,8 +111,8 @@ impl Output {
         encoder.copy_buffer_to_buffer(&self.written, 0, &self.read, 0, bytes);
     }
 
-    /// Asks for the first bytes; the answer says whether they can be read.
-    fn ask(&self, bytes: u64) -> Receiver<bool> {
+    /// Requests that the first bytes are mapped. The answer tells whether they can be read.
+    fn request_map(&self, bytes: u64) -> Receiver<bool> {
         let (sender, receiver) = bounded(1);
         self.read.map_async(wgpu::MapMode::Read, ..bytes, move |mapped| {
             let _ = sender.send(mapped.is_ok());
@@ -119,7 +120,7 @@ impl Output {
         receiver
     }
 
-    fn look<T: Pod, R>(&self, count: u64, work: impl FnOnce(&[T]) -> R) -> Option<R> {
+    fn read_mapped<T: Pod, R>(&self, count: u64, work: impl FnOnce(&[T]) -> R) -> Option<R> {
         let view = self.read.get_mapped_range(..count * size_of::<T>() as u64).ok()?;
         let result = work(bytemuck::cast_slice(&view));
         drop(view);
@@ -128,36 +129,36 @@ impl Output {
     }
 }
 
-/// What a dispatch brings.
+/// The kind of output of a dispatch.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Brings {
-    /// Sums of each slot.
+pub(super) enum DispatchOutput {
+    /// Sums for each slot.
     Sums,
     /// All samples.
     Samples,
-    /// Sums of a band's pixels, and as many of those samples that are too bright for them.
+    /// Sums of a band's pixels, and the samples that are too bright for them, up to this number.
     Splats(Band, u32),
 }
 
-/// What buffers for dispatches must hold.
+/// The capacity of the buffers of a dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Room {
     pub(super) slots: u32,
-    /// All of a dispatch, or those that are too bright for a band.
+    /// The samples of a dispatch, or those that are too bright for a band.
     pub(super) samples: u32,
     pub(super) band_pixels: u32,
 }
 
-/// A dispatch that the device works at.
+/// A dispatch in flight.
 pub(super) struct Submission {
     pub(super) task: Task,
-    pub(super) brings: Brings,
+    pub(super) output: DispatchOutput,
     pub(super) index: wgpu::SubmissionIndex,
     answers: Vec<Receiver<bool>>,
 }
 
 impl Submission {
-    /// Whether the device has answered.
+    /// Whether the device has finished.
     pub(super) fn is_done(&self) -> bool {
         self.answers.iter().all(|answer| !answer.is_empty())
     }
@@ -176,12 +177,12 @@ fn splat_bytes(pixels: usize) -> u64 {
 }
 
 impl Pipeline {
-    /// The most invocations of a dispatch.
+    /// The maximum number of invocations of a dispatch.
     pub(super) fn invocations(&self) -> u32 {
-        self.workgroups.saturating_mul(self.program.shape.workgroup_size)
+        self.workgroups.saturating_mul(self.program.dispatch_limits.workgroup_size)
     }
 
-    /// Buffers for dispatches.
+    /// Buffers for dispatches of some capacity.
     pub(super) fn buffers(&self, device: &Device, room: Room) -> Result<DispatchBuffers, GpuError> {
         device.checked(|device| {
             let dispatch = device.create_buffer(&wgpu::BufferDescriptor {
@@ -201,16 +202,16 @@ impl Pipeline {
         })
     }
 
-    /// Sends a task on its way.
+    /// Submits a task.
     pub(super) fn submit(
         &self,
         device: &Device,
         buffers: &DispatchBuffers,
         region: Region,
         task: Task,
-        brings: Brings,
+        output: DispatchOutput,
     ) -> Submission {
-        let workgroup_size = self.program.shape.workgroup_size;
+        let workgroup_size = self.program.dispatch_limits.workgroup_size;
         let groups = task.slots.div_ceil(workgroup_size).min(self.workgroups);
         let mut outputs = vec![(&buffers.sums, u64::from(task.slots) * SUMS_BYTES)];
         let mut dispatch = Dispatch {
@@ -222,14 +223,14 @@ impl Pipeline {
             invocations: groups * workgroup_size,
             first_sample: task.first_sample,
             samples: task.samples,
-            sends_samples: u32::from(brings == Brings::Samples),
+            sends_samples: u32::from(output == DispatchOutput::Samples),
             ..Dispatch::default()
         };
-        match &brings {
-            Brings::Sums => {}
-            Brings::Samples => outputs.push((&buffers.samples, task.paths() * SAMPLE_BYTES)),
-            Brings::Splats(band, bright) => {
-                // Positions are on the whole film.
+        match &output {
+            DispatchOutput::Sums => {}
+            DispatchOutput::Samples => outputs.push((&buffers.samples, task.paths() * SAMPLE_BYTES)),
+            DispatchOutput::Splats(band, bright) => {
+                // Positions are relative to the entire film.
                 let [left, top] = band.corner();
                 dispatch.band_left = (i64::from(region.x) + left) as i32;
                 dispatch.band_top = (i64::from(region.y) + top) as i32;
@@ -242,9 +243,9 @@ impl Pipeline {
         }
         device.queue.write_buffer(&buffers.dispatch, 0, bytemuck::bytes_of(&dispatch));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        // What no invocation comes to must not be what was there before.
+        // Slots without an invocation must not hold old data.
         encoder.clear_buffer(&buffers.sums.written, 0, Some(u64::from(task.slots) * SUMS_BYTES));
-        if let Brings::Splats(band, _) = &brings {
+        if let DispatchOutput::Splats(band, _) = &output {
             encoder.clear_buffer(&buffers.splats.written, 0, Some(splat_bytes(band.pixels())));
         }
         {
@@ -258,34 +259,34 @@ impl Pipeline {
             output.copy(&mut encoder, *bytes);
         }
         let index = device.queue.submit([encoder.finish()]);
-        let answers = outputs.iter().map(|(output, bytes)| output.ask(*bytes)).collect();
-        Submission { task, brings, index, answers }
+        let answers = outputs.iter().map(|(output, bytes)| output.request_map(*bytes)).collect();
+        Submission { task, output, index, answers }
     }
 }
 
 impl DispatchBuffers {
-    /// Looks at a finished task's sums, once.
+    /// Passes the sums of a finished task to `work`, once.
     pub(super) fn sums<R>(&self, task: &Task, work: impl FnOnce(&[SlotSums]) -> R) -> Option<R> {
-        self.sums.look(u64::from(task.slots), work)
+        self.sums.read_mapped(u64::from(task.slots), work)
     }
 
-    /// Looks at a finished task's samples, once.
+    /// Passes the samples of a finished task to `work`, once.
     pub(super) fn samples<R>(&self, task: &Task, work: impl FnOnce(&[SampleWords]) -> R) -> Option<R> {
-        self.samples.look(task.paths(), work)
+        self.samples.read_mapped(task.paths(), work)
     }
 
-    /// Puts a finished task's sums of a band where they belong, and says how many samples were too bright for them: these,
-    /// once, if there was room for all.
+    /// Adds the sums of a finished task to its band, and returns the number of samples that were too bright for it,
+    /// with these samples if all of them fitted.
     pub(super) fn splats(&self, band: &mut Band, room: u32) -> Option<Result<Vec<Sample>, u32>> {
         let words = splat_words(band.pixels()) as u64;
-        let bright = self.splats.look(words, |words| readback::splats(words, band))?;
-        self.samples.look(room.into(), |words: &[SampleWords]| match words.get(..bright as usize) {
+        let bright = self.splats.read_mapped(words, |words| readback::splats(words, band))?;
+        self.samples.read_mapped(room.into(), |words: &[SampleWords]| match words.get(..bright as usize) {
             Some(words) => Ok(words.iter().map(readback::sample).collect()),
             None => Err(bright),
         })
     }
 
-    /// Puts samples where a dispatch finds them.
+    /// Writes samples to the buffer from which a dispatch reads them.
     #[cfg(test)]
     pub(super) fn write_samples(&self, device: &Device, samples: &[SampleWords]) {
         device.queue.write_buffer(&self.samples.written, 0, bytemuck::cast_slice(samples));

@@ -3,11 +3,11 @@
 use super::device::Device;
 use super::heap::{FIRST_PAGE, Paging};
 use super::tables::Tables;
-use super::variant::{self, Plan, Variant};
+use super::variant::{self, ProgramPlan, ProgramVariant};
 use crate::gpu::{GpuError, Job};
 use crate::scene::{Integrator, RenderSettings};
 
-/// The hand-written WGSL that all integrators share, in the order of the CPU's rooms.
+/// The hand-written WGSL that all integrators share, in the order of the CPU's modules.
 const SOURCES: [&str; 11] = [
     include_str!("../bindings.wgsl"),
     include_str!("../math.wgsl"),
@@ -30,14 +30,14 @@ fn steps(integrator: Integrator) -> &'static str {
     }
 }
 
-/// What only rendering needs.
+/// The WGSL that is needed only for rendering.
 pub(super) const MAIN: &str = include_str!("../main.wgsl");
 
-/// Invocations in a workgroup, where the adapter takes that many.
+/// Invocations per workgroup, unless the adapter's limit is lower.
 const WORKGROUP_SIZE: u32 = 64;
 
 /// The library of functions, without an entry point.
-pub(super) fn library(variant: &Variant) -> String {
+pub(super) fn library(variant: &ProgramVariant) -> String {
     let mut text = variant::text(variant);
     for source in SOURCES {
         text.push_str(source);
@@ -45,35 +45,35 @@ pub(super) fn library(variant: &Variant) -> String {
     text + &variant.plan.recorded + steps(variant.integrator)
 }
 
-/// How a device is to be used.
+/// The sizes of workgroups and dispatches.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shape {
+pub(super) struct DispatchLimits {
     pub(super) workgroup_size: u32,
-    /// The most workgroups in a dispatch.
+    /// The maximum number of workgroups in a dispatch.
     pub(super) workgroups: u32,
 }
 
-impl Shape {
-    pub(super) fn of(device: &Device) -> Shape {
+impl DispatchLimits {
+    pub(super) fn of(device: &Device) -> DispatchLimits {
         let info = device.description();
-        Shape {
+        DispatchLimits {
             workgroup_size: WORKGROUP_SIZE.min(info.max_workgroup_size),
             workgroups: device.device.limits().max_compute_workgroups_per_dimension,
         }
     }
 }
 
-/// The program, compiled for a device; any scene of its plan can be put under it.
+/// The program, compiled for a device. It can be bound to any scene with the same plan.
 #[derive(Clone, Debug)]
 pub(super) struct Program {
     pub(super) pipeline: wgpu::ComputePipeline,
-    /// The layout of what lasts through a run.
+    /// The layout of the bindings that stay the same during a run.
     pub(super) tables: wgpu::BindGroupLayout,
-    /// The layout of what a dispatch brings.
+    /// The layout of the bindings of a dispatch.
     pub(super) tasks: wgpu::BindGroupLayout,
-    pub(super) shape: Shape,
-    /// What its scenes have in common.
-    pub(super) plan: Plan,
+    pub(super) dispatch_limits: DispatchLimits,
+    /// The plan of its scenes.
+    pub(super) plan: ProgramPlan,
 }
 
 fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
@@ -81,9 +81,9 @@ fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLay
     wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }
 
-/// The text of the program for an integrator.
-pub(super) fn text(render: &RenderSettings, workgroup_size: u32, plan: &Plan) -> String {
-    library(&Variant { integrator: render.integrator, workgroup_size, plan: plan.clone() }) + MAIN
+/// The WGSL of the program for an integrator.
+pub(super) fn text(render: &RenderSettings, workgroup_size: u32, plan: &ProgramPlan) -> String {
+    library(&ProgramVariant { integrator: render.integrator, workgroup_size, plan: plan.clone() }) + MAIN
 }
 
 impl Program {
@@ -91,18 +91,23 @@ impl Program {
     pub(super) fn new(
         device: &Device,
         render: &RenderSettings,
-        shape: Shape,
-        plan: Plan,
+        dispatch_limits: DispatchLimits,
+        plan: ProgramPlan,
     ) -> Result<Program, GpuError> {
-        Program::from_source(device, &text(render, shape.workgroup_size, &plan), shape, plan)
+        Program::from_source(
+            device,
+            &text(render, dispatch_limits.workgroup_size, &plan),
+            dispatch_limits,
+            plan,
+        )
     }
 
-    /// The same with another text.
+    /// Compiles a given text.
     pub(super) fn from_source(
         device: &Device,
         source: &str,
-        shape: Shape,
-        plan: Plan,
+        dispatch_limits: DispatchLimits,
+        plan: ProgramPlan,
     ) -> Result<Program, GpuError> {
         device.checked(|device| {
             let read = wgpu::BufferBindingType::Storage { read_only: true };
@@ -137,13 +142,13 @@ impl Program {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-            Program { pipeline, tables, tasks, shape, plan }
+            Program { pipeline, tables, tasks, dispatch_limits, plan }
         })
     }
 }
 
-/// The program for a job on a device that takes all tables in one buffer.
+/// The program for a job on a device that binds all tables in one page.
 pub(super) fn of_job(job: &Job<'_>) -> Result<String, GpuError> {
     let tables = Tables::new(job)?;
-    Ok(text(job.render, WORKGROUP_SIZE, &Plan::of_tables(&tables, Paging::ONE)))
+    Ok(text(job.render, WORKGROUP_SIZE, &ProgramPlan::of_tables(&tables, Paging::ONE)))
 }

@@ -1,21 +1,21 @@
-//! From the device's words to what the accumulator takes.
+//! Decodes the device's results for the accumulator.
 
 use super::layout::{REJECT_SHIFT, REJECTS, SampleWords, SlotSums};
 use crate::film::{Band, PixelSums, Reject, WideSums};
 use crate::sampling::Sample;
 
-/// What one slot's words say.
+/// The decoded results of one slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot {
     pub(super) sums: PixelSums,
-    /// Radiance and squares, where they don't fit into `sums`.
+    /// Radiance and squares that do not fit into `sums`.
     pub(super) wide: Option<WideSums>,
     pub(super) rays: u64,
-    /// The first sample that was left out, and why.
+    /// The first rejected sample, and the reason.
     pub(super) reject: Option<(u32, Reject)>,
 }
 
-/// Reads the words of a slot that got so many samples.
+/// Decodes the words of a slot with this number of samples.
 pub(super) fn slot(words: &SlotSums, samples: u32) -> Slot {
     let word = |word: u32, place: u32| u128::from(word) << (32 * place);
     let rgb: [u128; 3] =
@@ -47,12 +47,12 @@ pub(super) fn sample(words: &SampleWords) -> Sample {
     }
 }
 
-/// Words of sums of a band of so many pixels, and the one before them.
+/// The number of words of the sums of a band, including the leading counter.
 pub(super) const fn splat_words(pixels: usize) -> usize {
     1 + 8 * pixels
 }
 
-/// Puts words of sums into a band, all of it. Returns how many samples were too bright for that.
+/// Adds words of sums to an entire band. Returns the number of samples that were too bright for it.
 pub(super) fn splats(words: &[u32], band: &mut Band) -> u32 {
     let Some((&bright, words)) = words.split_first() else { return 0 };
     let sums = band.sums_mut();
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_put_together_from_the_lowest() {
+    fn words_are_combined_lowest_first() {
         let words = SlotSums {
             low: [1, 2, 3],
             middle: [4, 5, 6],
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn what_needs_more_than_63_bits_is_wide_and_counted_all_the_same() {
+    fn sums_of_more_than_63_bits_are_wide_and_counted() {
         let words = SlotSums { high: [0, 1, 0], squares: [0, 0, 0, 1], ..SlotSums::default() };
         let read = slot(&words, 10);
         assert_eq!(read.sums, PixelSums { count: 10, ..PixelSums::default() });

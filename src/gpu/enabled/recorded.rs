@@ -1,25 +1,28 @@
-//! The functions of the program that are recorded from the code that lanes run (see [`super::record`]), and where the
-//! numbers that they read lie on the device.
+//! The functions that are recorded from the code that lanes run (see [`super::record`]), and the locations on the
+//! device of the numbers that they read.
 
 use super::layout::Scene;
 use super::record::{RecordedFloat, RecordedMask, RecordedUint, Recording, Registry};
 use crate::camera::Camera;
 use crate::gpu::GpuError;
 use crate::integrator::{
-    Around, Asked, Lit, Settings, Spawned, State, Stepped, Transport, View, absorbed, camera_ray, step_with,
+    Around, LampSample, Lit, Settings, Spawned, State, Stepped, TraceContext, Transport, absorbed,
+    camera_ray, step_with,
 };
-use crate::light::{Groups, LightChoice};
+use crate::light::{LightChoice, LightGroups};
 use crate::material::{Branch, Bxdf, BxdfSample, Local, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::{ColumnReader, Float, Mask, Ray, Rgb, Vec3};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{PathId, Sampler, independent};
 use crate::scene::Integrator;
-use crate::world::{CompiledScene, Corners, Hit, Instances, Place, SurfacePoint, Triangles, World};
+use crate::world::{
+    CompiledScene, Corners, Hit, InstanceTransform, Instances, SurfacePoint, Triangles, World,
+};
 
 type F = RecordedFloat;
 
-/// What is recorded: an integrator over a scene.
+/// The input of a recording: an integrator and a scene.
 pub(super) struct Source<'a> {
     pub(super) scene: &'a CompiledScene,
     pub(super) world: &'a World,
@@ -27,7 +30,7 @@ pub(super) struct Source<'a> {
     pub(super) integrator: Integrator,
 }
 
-/// A table whose columns are fields of the rows that a function of the program reads.
+/// A table whose columns are fields of the rows that a device function reads.
 struct Rows<'r, 'a> {
     registry: &'r mut Registry<'a>,
     reader: &'static str,
@@ -125,13 +128,13 @@ fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &m
     reader.word("delta_lights", lights.delta_count());
     reader.word("inside_x", inside_x);
     reader.word("inside_y", inside_y);
-    let Groups { infinite, count, share } = lights.groups();
+    let LightGroups { infinite, count, share } = lights.groups();
     reader.word("infinite_lights", infinite);
     reader.word("light_groups", count);
     reader.float("light_group_share", share);
 }
 
-/// The numbers of a scene that its program looks up, as they lie on the device; all others are zero.
+/// The numbers of a scene that its program looks up, in the device's layout; all others are zero.
 pub(super) fn numbers(scene: &CompiledScene, settings: &Settings) -> Scene {
     let mut numbers = Scene::default();
     read_numbers(scene, settings, &mut numbers);
@@ -169,8 +172,8 @@ fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
     registry
 }
 
-/// Records a function for the program, whether or not another one calls it: `function`; or the functions that it calls:
-/// `callees`.
+/// Records a function for the program, whether or not another one calls it (`function`), or only its callees
+/// (`callees`).
 macro_rules! record {
     (
         $recording:ident.$method:ident,
@@ -189,26 +192,26 @@ macro_rules! record {
     };
 }
 
-/// The structures and functions of an integrator over a scene as WGSL, for the hand-written rest of the program.
+/// The structures and functions of an integrator for a scene as WGSL, for the hand-written rest of the program.
 pub(super) fn text(source: &Source<'_>) -> Result<String, GpuError> {
     let program = record(source, false)?;
     Ok(program.text())
 }
 
-/// The same as a program; with `checks`, two functions of one name are an error.
+/// The recorded program; with `checks`, different functions with one name are an error.
 pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record::Program, GpuError> {
     let Source { scene, world, settings, integrator } = source;
     let mut recording = Recording::new(registry(source), &[]);
     if checks {
         recording = recording.checked();
     }
-    // The hand-written functions use these.
+    // Used by the hand-written functions.
     recording.structure::<Ray<F>>();
     recording.structure::<Hit<F>>();
     recording.structure::<SurfacePoint<F>>();
     recording.structure::<LightChoice<F>>();
     recording.structure::<Corners<F>>();
-    recording.structure::<Place<F>>();
+    recording.structure::<InstanceTransform<F>>();
     record!(recording.callees, calls_pcg4d(words: [RecordedUint; 4]) -> [RecordedUint; 4] { independent::pcg4d::<F>(words) });
     record!(recording.function, film_position(path: PathId<F>, centre: [F; 2]) -> [F; 2] {
         let (x, y, _) = camera_ray(settings, &scene.camera, path, centre);
@@ -219,23 +222,23 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
         State::start(path, ray)
     });
     record!(recording.function, start_around() -> Around<F> { Around::at_camera(scene) });
-    let view = View { scene, world, settings };
+    let context = TraceContext { scene, world, settings };
     match Transport::of(*integrator) {
         Some(transport) => record!(
             recording.function,
             step_path(state: State<F>, around: Around<F>) -> (Stepped<F>, Around<F>) {
-                step_with(transport, &view, state, around, RecordedMask::splat(true))
+                step_with(transport, &context, state, around, RecordedMask::splat(true))
             }
         ),
-        None => whitted(&mut recording, &view),
+        None => whitted(&mut recording, &context),
     }
     recording.finish().map_err(|error| GpuError::Unsupported(error.to_string()))
 }
 
-/// The functions that `whitted` calls: its branches wait in memory, so that it is written by hand.
-fn whitted(recording: &mut Recording<'_>, view: &View<'_>) {
+/// The functions that `whitted` calls. It is hand-written itself because its branches are stored in memory.
+fn whitted(recording: &mut Recording<'_>, context: &TraceContext<'_>) {
     const MODE: TransportMode = TransportMode::Radiance;
-    let scene = view.scene;
+    let scene = context.scene;
     let bsdf = |local| scene.materials.bsdf_of::<F>(local);
     record!(recording.function, escaped_radiance(d: Vec3<F>) -> Rgb<F> {
         scene.lights.escaped(d, |_| F::splat(1.0))
@@ -244,10 +247,10 @@ fn whitted(recording: &mut Recording<'_>, view: &View<'_>) {
         absorbed(scene, &around, beta, t)
     });
     record!(recording.function, lit_point(state: State<F>, around: Around<F>, hit: Hit<F>) -> Lit<F> {
-        Lit::new(view, &state, around, &hit)
+        Lit::new(context, &state, around, &hit)
     });
-    record!(recording.function, light_through(asked: Asked<F>, state: State<F>, around: Around<F>) -> Rgb<F> {
-        asked.through(view, &state, &around)
+    record!(recording.function, light_through(lamp_sample: LampSample<F>, state: State<F>, around: Around<F>) -> Rgb<F> {
+        lamp_sample.through(context, &state, &around)
     });
     record!(recording.function, pass_on(lit: Lit<F>, ray: Ray<F>) -> Spawned<F> { lit.pass_on(&ray) });
     record!(recording.callees, calls_bsdf_albedo(local: Local<F>) -> Rgb<F> { bsdf(local).albedo() });
@@ -256,7 +259,7 @@ fn whitted(recording: &mut Recording<'_>, view: &View<'_>) {
     });
     record!(recording.callees, calls_bsdf_branches(local: Local<F>, wo: Vec3<F>) -> [Branch<F>; 2] { bsdf(local).branches(wo, MODE) });
     record!(recording.function, spawn(lit: Lit<F>, wi: Vec3<F>) -> Spawned<F> { lit.spawn(scene, wi) });
-    record!(recording.function, light_share(lit: Lit<F>, light: RecordedUint, chance: F, u: [F; 2]) -> Asked<F> {
-        lit.share_of(scene, light, chance, u)
+    record!(recording.function, light_share(lit: Lit<F>, light: RecordedUint, pmf: F, u: [F; 2]) -> LampSample<F> {
+        lit.share_of(scene, light, pmf, u)
     });
 }

@@ -1,19 +1,19 @@
-//! Rows of the heap, made of the host's columns.
+//! Rows of the heap, built from the host's columns.
 //!
-//! Lanes look tables up by columns, an invocation reads all that it needs of a row at once. Which fields a row has
-//! follows from the columns' names and types, and so does the WGSL that reads it: a new column needs no line here.
+//! Lanes look tables up by columns; an invocation reads all that it needs of a row at once. The fields of a row, and
+//! the WGSL that reads it, follow from the columns' names and types: a new column needs no line here.
 
 use super::heap::{self, WORD};
 use crate::math::ColumnReader;
 use std::fmt::Write;
 
-/// Numbers in a word of the heap.
+/// Numbers per word of the heap.
 const NUMBERS: usize = WORD / 4;
 
 /// A word of the heap.
 pub(super) type HeapWord = [u32; NUMBERS];
 
-/// What a column holds.
+/// The values of a column.
 #[derive(Clone, Copy)]
 enum Values<'a> {
     Floats(&'a [f32]),
@@ -22,7 +22,7 @@ enum Values<'a> {
 }
 
 impl Values<'_> {
-    /// How many numbers a row has of it.
+    /// The number of numbers per row.
     fn width(&self) -> usize {
         match self {
             Values::Floats(_) | Values::Words(_) => 1,
@@ -30,7 +30,7 @@ impl Values<'_> {
         }
     }
 
-    /// How many rows there are. The columns of a vector are of one length.
+    /// The number of rows. The columns of a vector have equal length.
     fn len(&self) -> usize {
         match self {
             Values::Floats(column) => column.len(),
@@ -42,7 +42,7 @@ impl Values<'_> {
         }
     }
 
-    /// The bits of a row's number.
+    /// The bits of a number in a row.
     fn bits(&self, row: usize, i: usize) -> u32 {
         match self {
             Values::Floats(column) => column[row].to_bits(),
@@ -51,7 +51,7 @@ impl Values<'_> {
         }
     }
 
-    /// Its type in WGSL.
+    /// The type in WGSL.
     fn wgsl_type(&self) -> &'static str {
         match self {
             Values::Floats(_) => "f32",
@@ -61,21 +61,20 @@ impl Values<'_> {
     }
 }
 
-/// Where in a row a field begins.
+/// The position of a field in a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Place {
-    /// The word of the row.
+pub(super) struct FieldOffset {
+    /// The index of the word in the row.
     pub(super) word: usize,
-    /// The first number in that word.
+    /// The index of the first number in that word.
     pub(super) first: usize,
 }
 
-/// Places for fields of so many numbers, one or three each, in their order, and the words that a row of them takes.
+/// The offsets of fields of one or three numbers, in their order, and the number of words per row.
 ///
-/// The words are as few as can be: each vector begins a word, and single numbers take the first room that is left,
-/// behind vectors at first.
-fn pack(widths: &[usize]) -> (Vec<Place>, usize) {
-    let mut places = vec![Place::default(); widths.len()];
+/// The number of words is minimal: each vector begins a word, and single numbers fill the gaps after vectors first.
+fn pack(widths: &[usize]) -> (Vec<FieldOffset>, usize) {
+    let mut places = vec![FieldOffset::default(); widths.len()];
     let mut filled: Vec<usize> = Vec::new();
     let (wide, single): (Vec<_>, Vec<_>) = (0..widths.len()).partition(|&i| widths[i] > 1);
     for i in wide {
@@ -87,13 +86,13 @@ fn pack(widths: &[usize]) -> (Vec<Place>, usize) {
         if word == filled.len() {
             filled.push(0);
         }
-        places[i] = Place { word, first: filled[word] };
+        places[i] = FieldOffset { word, first: filled[word] };
         filled[word] += 1;
     }
     (places, filled.len())
 }
 
-/// A table's columns, to be laid out by rows. The layout and the WGSL depend on their names and types alone.
+/// A table's columns, to be laid out by rows. The layout and the WGSL depend only on their names and types.
 #[derive(Default)]
 pub(super) struct Rows<'a> {
     columns: Vec<(&'static str, Values<'a>)>,
@@ -114,24 +113,24 @@ impl<'a> ColumnReader<'a> for Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Where in a row each column's field begins, and the words of a row.
-    fn layout(&self) -> (Vec<Place>, usize) {
+    /// The offset of each column's field, and the number of words per row.
+    fn layout(&self) -> (Vec<FieldOffset>, usize) {
         let widths: Vec<_> = self.columns.iter().map(|(_, values)| values.width()).collect();
         pack(&widths)
     }
 
-    /// The rows, one after the other. All columns must be of one length.
+    /// All rows in order. All columns must have equal length.
     pub(super) fn packed(&self) -> Vec<HeapWord> {
         let all: Vec<_> = (0..self.len() as u32).collect();
         self.packed_as(&all)
     }
 
-    /// How many rows there are.
+    /// The number of rows.
     fn len(&self) -> usize {
         self.columns.first().map_or(0, |(_, values)| values.len())
     }
 
-    /// The same for some of the rows, in another order.
+    /// Some of the rows, in a given order.
     pub(super) fn packed_as(&self, order: &[u32]) -> Vec<HeapWord> {
         let (places, words) = self.layout();
         let mut packed = vec![HeapWord::default(); order.len() * words];
@@ -146,23 +145,23 @@ impl Rows<'_> {
         packed
     }
 
-    /// WGSL that declares a structure of this name with a field for each column, and a function that reads a row of
-    /// the table that begins with the heap's word `scene.FROM`.
+    /// WGSL that declares a structure with a field for each column, and a function that reads a row of the table that
+    /// starts at the heap's word `scene.FROM`.
     pub(super) fn text(&self, name: &str, function: &str, from: &str) -> String {
         let (places, words) = self.layout();
         let mut text = format!("struct {name} {{\n");
         for (field, values) in &self.columns {
             writeln!(text, "    {field}: {},", values.wgsl_type()).expect("a string takes all");
         }
-        let fields = self.columns.iter().zip(places).map(|((_, values), Place { word, first })| {
+        let fields = self.columns.iter().zip(places).map(|((_, values), FieldOffset { word, first })| {
             heap::field(values.wgsl_type(), word, first..first + values.width())
         });
         text + "}\n" + &heap::reader(name, function, from, words, fields)
     }
 
-    /// Where in a row a column's field begins, and the words of a row.
+    /// The offset of a column's field, and the number of words per row.
     #[cfg(test)]
-    pub(super) fn place(&self, name: &str) -> Option<(Place, usize)> {
+    pub(super) fn place(&self, name: &str) -> Option<(FieldOffset, usize)> {
         let (places, words) = self.layout();
         let column = self.columns.iter().position(|(field, _)| *field == name)?;
         Some((places[column], words))

@@ -1,4 +1,4 @@
-//! From the compiled scene to the device's tables.
+//! The device's tables, built from the compiled scene.
 
 use super::heap::Section;
 use super::layout::{CHANCE_BITS, LightNode, Scene, TAPS_IN_A_WORD};
@@ -13,20 +13,19 @@ use crate::material::MaterialTable;
 use crate::math::ColumnReader;
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
-use crate::shape::{self, Form, RareKind};
+use crate::shape::{self, CustomKind, SurfaceKind};
 use crate::texture::Picture;
-use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
+use crate::world::{CompiledScene, Simple, SurfaceTable, TreeScope, World};
 use std::sync::Arc;
 
-/// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
-/// long.
+/// The maximum depth of paths on the GPU: a dispatch cannot be interrupted, so its longest path must be short.
 const MAX_DEPTH: u32 = 65_536;
 
-/// WGSL promises square roots within 4.5 units in the last place where the CPU's are within ½, and a round
-/// surface's and a cylinder's share of a hit's error bound comes from one.
+/// WGSL guarantees square roots within 4.5 ulp, the CPU within ½ ulp. The error bounds of hits on round surfaces and
+/// cylinders depend on a square root.
 pub(super) const ROUND_ERROR: f32 = 2.0;
 
-/// A scene as the device sees it.
+/// A scene in the device's layout.
 pub(super) struct Tables {
     pub(super) scene: Scene,
     pub(super) surfaces: Vec<HeapWord>,
@@ -40,18 +39,18 @@ pub(super) struct Tables {
     pub(super) bindings: Vec<HeapWord>,
     pub(super) instructions: Vec<HeapWord>,
     pub(super) pictures: Vec<HeapWord>,
-    /// The pictures themselves, in the order in which their texels lie in the heap.
+    /// The pictures, in the order of their texels in the heap.
     pub(super) texels: Vec<Arc<Picture>>,
-    /// The functions of the program that are recorded for the scene.
+    /// The recorded functions of the program for the scene.
     pub(super) recorded: String,
 }
 
-/// A filter's weights, where samples count in all pixels around them.
+/// A filter's weights, if samples count in all pixels around them.
 #[derive(Default)]
 pub(super) struct Weights {
-    /// Taps along an axis; zero where samples count in their own pixels only.
+    /// Taps along an axis; zero if samples count only in their own pixels.
     pub(super) taps: u32,
-    /// The table's rows, each filled up to whole words of the heap with taps of zero.
+    /// The table's rows, each padded with zero taps to whole words of the heap.
     rows: Vec<[i32; TAPS_IN_A_WORD as usize]>,
 }
 
@@ -78,20 +77,20 @@ impl Tables {
         if integrator::contributes(job.render.integrator) {
             return Err(GpuError::Unsupported("samples that contribute to other pixels".to_owned()));
         }
-        // Meshes and groups are found by the tree alone.
+        // Meshes and groups are intersected only through the tree.
         let with_meshes;
         let Simple { triangles, instances, .. } = &job.world.simple;
         let world = if triangles.is_empty() && instances.is_empty() {
             job.world
         } else {
-            with_meshes = World::with_tree_of(&job.world.simple, Treed::Meshes);
+            with_meshes = World::with_tree_scope(&job.world.simple, TreeScope::Meshes);
             &with_meshes
         };
         let mut order = Order::default();
-        // Sorted by shape, so that neighbouring invocations ask the same one.
-        let [planes_end, spheres_end, quads_end, rare_end] = order.asked_by_all(&world.simple);
+        // Sorted by kind, so that neighbouring invocations run the same test.
+        let [planes_end, spheres_end, quads_end, custom_end] = order.asked_by_all(&world.simple);
         let tree = world.tree.as_ref();
-        let mut tree = tree.map_or_else(Tree::default, |bvh| Tree::new(bvh, table, rare_end));
+        let mut tree = tree.map_or_else(Tree::default, |bvh| Tree::new(bvh, table, custom_end));
         order.append(&tree.rows);
         order.append(&meshes(table));
         let places = order.places(table.len());
@@ -102,7 +101,7 @@ impl Tables {
             offset_nodes.as_flattened_mut()[..OFFSET_NODES].copy_from_slice(&nodes);
         }
         let weights = job.splatter.map(Splatter::weights);
-        // What is cut off lies between two positions that there are: no sample comes to lie on another tap for it.
+        // The truncated bits lie between two possible positions: no sample gets another tap because of it.
         let shift = weights.map_or(0.0, film::Weights::shift) * f64::from(1_u32 << CHANCE_BITS);
         let (tap_shift, tap_ties) = (shift.floor() as i32, u32::from(shift.floor() == shift));
         let settings = Settings::new(job.render, job.offset);
@@ -111,7 +110,7 @@ impl Tables {
             planes_end,
             spheres_end,
             quads_end,
-            rare_end,
+            custom_end,
             lights: lights.len() as u32,
             film_width: job.region.film_width,
             region_x: job.region.x,
@@ -151,21 +150,22 @@ impl Tables {
     }
 }
 
-/// The host's rows of surfaces in the device's order.
+/// The host's rows of surfaces, in the device's order.
 #[derive(Default)]
 struct Order {
     rows: Vec<u32>,
 }
 
 impl Order {
-    /// Adds what every ray asks: planes, spheres, quads and rare shapes. Returns where each kind ends.
+    /// Adds the surfaces that every ray is tested against: planes, spheres, quads and custom shapes. Returns the end of
+    /// each kind.
     fn asked_by_all(&mut self, simple: &Simple) -> [u32; 4] {
-        let Simple { planes, spheres, quads, rare, .. } = simple;
+        let Simple { planes, spheres, quads, custom, .. } = simple;
         let kinds: [Vec<u32>; 4] = [
             planes.iter().map(|(_, row)| *row).collect(),
             spheres.iter().map(|(_, row)| *row).collect(),
             quads.iter().map(|(_, row)| *row).collect(),
-            rare.iter().map(|(_, row)| *row).collect(),
+            custom.iter().map(|(_, row)| *row).collect(),
         ];
         kinds.map(|mut rows| {
             rows.sort_unstable();
@@ -178,7 +178,7 @@ impl Order {
         self.rows.extend(rows);
     }
 
-    /// Where each of the host's rows is.
+    /// The device's row of each of the host's rows.
     fn places(&self, rows: usize) -> Vec<u32> {
         let mut places = vec![0; rows];
         (0..).zip(&self.rows).for_each(|(place, &row)| places[row as usize] = place);
@@ -193,7 +193,7 @@ fn meshes(table: &SurfaceTable) -> Vec<u32> {
 }
 
 impl Tables {
-    /// The tables, in the order in which they lie in the heap.
+    /// The tables, in their order in the heap.
     pub(super) fn sections(&self) -> Vec<Section<'_>> {
         let tables = [
             Section::new(&self.surfaces),
@@ -214,17 +214,17 @@ impl Tables {
         tables.into_iter().chain(self.texels.iter().map(|picture| Section::new(picture.words()))).collect()
     }
 
-    /// Words of the heap.
+    /// The number of words of the heap.
     pub(super) fn words(&self) -> usize {
         self.sections().iter().map(Section::words).sum()
     }
 
-    /// What all share, and where in the heap each table begins.
+    /// The scene's numbers, including the start of each table in the heap.
     pub(super) fn scene(&self) -> Scene {
         let mut next = 0;
         let mut begin = self.sections().into_iter().map(|section| {
             let from = next;
-            // A heap of more words than can be numbered is refused.
+            // A heap whose words cannot be indexed is rejected.
             next += section.words() as u32;
             from
         });
@@ -251,27 +251,27 @@ impl Tables {
     }
 }
 
-/// What the device knows of each surface beside the host's columns.
+/// Columns of surfaces that only the device has.
 #[derive(Default)]
 pub(super) struct SurfaceColumns {
-    /// Its share of a hit's error bound.
+    /// The coefficient of a hit's error bound.
     error: Vec<f32>,
-    /// Its number on the host, which decides ties.
+    /// The host's surface number, by which ties are resolved.
     row: Vec<u32>,
 }
 
 impl SurfaceColumns {
-    /// Fails where the device does not know a surface's shape.
+    /// Fails if the device does not support a surface's shape.
     pub(super) fn new(table: &SurfaceTable) -> Result<SurfaceColumns, GpuError> {
         let mut own = SurfaceColumns::default();
-        for (row, ((form, look), error)) in (0..).zip(table.rows().iter().zip(table.errors())) {
-            // Which shapes `shapes.wgsl` knows.
-            let (is_known, is_rooted) = match form.form {
-                Form::Flat | Form::Rare(RareKind::Disk) => (true, false),
-                Form::Round | Form::Rare(RareKind::Cylinder) => (true, true),
+        for (row, ((form, attributes), error)) in (0..).zip(table.rows().iter().zip(table.errors())) {
+            // The shapes that `shapes.wgsl` supports.
+            let (is_known, is_rooted) = match form.kind {
+                SurfaceKind::Flat | SurfaceKind::Custom(CustomKind::Disk) => (true, false),
+                SurfaceKind::Round | SurfaceKind::Custom(CustomKind::Cylinder) => (true, true),
             };
             if !is_known {
-                return Err(GpuError::Unsupported(format!("the shape of entity {}", look.entity + 1)));
+                return Err(GpuError::Unsupported(format!("the shape of entity {}", attributes.entity + 1)));
             }
             own.error.push(error * if is_rooted { ROUND_ERROR } else { 1.0 });
             own.row.push(row);
@@ -315,7 +315,7 @@ pub(super) fn medium_rows(table: &MaterialTable) -> Rows<'_> {
     rows
 }
 
-/// The columns of textures in the place of parameters.
+/// The columns of textured parameters.
 pub(super) fn binding_rows(table: &MaterialTable) -> Rows<'_> {
     let mut rows = Rows::default();
     table.bindings().columns(&mut rows);
@@ -336,18 +336,18 @@ pub(super) fn picture_rows(table: &MaterialTable) -> Rows<'_> {
     rows
 }
 
-/// What the device knows of each light beside the host's columns.
+/// Columns of lights that only the device has.
 #[derive(Default)]
 pub(super) struct LightColumns {
-    /// Its place in the order of the tree of lights.
+    /// Its index in the order of the light tree.
     pub(super) place: Vec<u32>,
-    /// Whole units of power.
+    /// The power, in integer units.
     pub(super) units: Vec<u32>,
-    /// Of the first triangle of a mesh that is one lamp, the node with which the tree of its triangles begins; else zero.
+    /// For the first triangle of a mesh that is one light, the root of the tree of its triangles; otherwise zero.
     pub(super) lamp: Vec<u32>,
-    /// The delta lights, from the first row on.
+    /// The rows of delta lights, in the first rows.
     pub(super) delta_light: Vec<u32>,
-    /// The lights at infinity, likewise.
+    /// The rows of lights at infinity, in the first rows.
     pub(super) infinite_light: Vec<u32>,
 }
 
@@ -362,7 +362,7 @@ impl LightColumns {
     }
 }
 
-/// A column of so many rows, zero behind some values.
+/// A column padded with zeros to a number of rows.
 fn padded(values: &[u32], rows: usize) -> Vec<u32> {
     let mut column = values.to_vec();
     column.resize(rows, 0);
@@ -377,7 +377,7 @@ pub(super) fn light_rows<'a>(table: &'a LightTable, own: &'a LightColumns) -> Ro
     rows
 }
 
-/// WGSL that declares and reads the rows that are made of columns. It is the same for all scenes.
+/// WGSL that declares and reads the rows that are built from columns. It is the same for all scenes.
 pub(super) fn readers() -> String {
     let (surfaces, lights) = (SurfaceTable::default(), LightTable::default());
     let materials = MaterialTable::default();
@@ -391,7 +391,7 @@ pub(super) fn readers() -> String {
         + &light_rows(&lights, &LightColumns::default()).text("Light", "light_at", "lights_from")
 }
 
-/// The rows of lights and the nodes of their tree, behind which come those of lamps that are meshes.
+/// The rows of lights and the nodes of their tree, followed by those of mesh lights.
 pub(super) fn light_tables(table: &LightTable) -> (Vec<HeapWord>, Vec<LightNode>) {
     let (tree, lights) = (table.tree(), 0..table.len());
     let mut own = LightColumns {
@@ -402,10 +402,10 @@ pub(super) fn light_tables(table: &LightTable) -> (Vec<HeapWord>, Vec<LightNode>
         infinite_light: padded(table.infinite_lights(), lights.len()),
     };
     let mut nodes: Vec<_> = tree.nodes().map(light_node).collect();
-    for lamp in table.mesh_lamps() {
+    for lamp in table.mesh_emitters() {
         let root = nodes.len() as u32;
         own.lamp[lamp.lights.start as usize] = root;
-        // Its lights and its nodes are counted from zero.
+        // Its lights and its nodes are indexed from zero.
         nodes.extend(lamp.tree.nodes().map(|node| {
             let link = node.link + if node.link < light::LEAF { root } else { lamp.lights.start };
             light_node(light::LightNode { link, ..node })
@@ -418,7 +418,7 @@ pub(super) fn light_tables(table: &LightTable) -> (Vec<HeapWord>, Vec<LightNode>
 fn light_node(node: light::LightNode) -> LightNode {
     let light::LightNode { centre, spread, power, radius, axis, cos_o, cos_e, far2, units, first, link } =
         node;
-    // No infinity: WGSL lets compilers take for granted that there is none.
+    // Not infinity: WGSL lets compilers assume that there is none.
     let far2 = far2.min(f32::MAX);
     LightNode {
         centre,

@@ -1,75 +1,75 @@
-//! The CPU's tree in the device's form.
+//! The CPU's tree in the device's layout.
 //!
-//! A node of eight boxes takes 96 bytes where the CPU's takes 256, because a device waits for memory more than for
-//! arithmetic: the boxes are rounded outwards to 256 steps along each axis (Ylitie, Karras and Laine 2017,
-//! "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs"), and nodes below one node stand side by
-//! side, as do the contents of its leaves. Boxes are put to places by the corner of the node that they are nearest to,
-//! so that every ray knows an order in which it meets them, whatever its direction: turn i belongs to place i ^ o, o
-//! being the octant that the ray points away from.
+//! A node of eight boxes takes 96 bytes instead of the CPU's 256, because a device is limited by memory more than by
+//! arithmetic. Boxes are rounded outwards to 256 steps along each axis (Ylitie, Karras and Laine 2017, "Efficient
+//! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs"). The child nodes of a node are contiguous, as are
+//! the contents of its leaves. Each box is stored in the slot of the corner of the node that it is nearest to, which
+//! gives an order of traversal for every direction: turn i visits slot i ^ o, where o is the octant that the ray points
+//! away from.
 
 use super::layout::{Instance, MeshVertex, PlaceRow, TreeNode, Triangle};
 use crate::light::NO_LIGHT;
 use crate::math::{Bounds, Vec3};
-use crate::shape::Form;
+use crate::shape::SurfaceKind;
 use crate::world::{Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, SurfaceTable, TREE_WIDTH, Triangles};
 use std::collections::VecDeque;
 use std::fmt::Write;
 
-/// The kinds of leaves, as a node's sixteen bits say them. Rare shapes are leaves in groups only.
+/// The kinds of leaves in a node's sixteen bits. Custom shapes are leaves only in groups.
 pub(super) const TRIANGLES: u32 = 0;
 pub(super) const SPHERES: u32 = 1;
 pub(super) const QUADS: u32 = 2;
 pub(super) const INSTANCE: u32 = 3;
 
-pub(super) const RARE: u32 = 5;
+pub(super) const CUSTOM: u32 = 5;
 
 /// The kind of surfaces that are in no tree.
 pub(super) const PLANES: u32 = 4;
 
-/// The parent of a node that has none.
+/// The parent of a root.
 pub(super) const NO_NODE: u32 = u32::MAX;
 
-/// The trees and what they hold: those of groups and shared meshes, and then the one in the world's own space. Empty without
-/// any.
+/// The trees and their contents: those of groups and shared meshes, then the top-level tree. All empty if there is
+/// none.
 #[derive(Default)]
 pub(super) struct Tree {
-    /// How many nodes there are on the longest way down.
+    /// The depth of the trees, in nodes.
     pub(super) levels: u32,
     pub(super) nodes: Vec<TreeNode>,
-    /// Where the tree in the world's own space begins.
+    /// The root of the top-level tree.
     pub(super) root: u32,
-    /// What a ray is moved beside its boxes by: see [`Bvh::share`].
+    /// The fraction by which a ray is moved relative to its boxes: see [`Bvh::share`].
     pub(super) share: f32,
-    /// The triangles, and among them, of the same size, every [`Instance`].
+    /// The triangles, and among them, with the same size, every [`Instance`].
     pub(super) triangles: Vec<Triangle>,
     pub(super) vertices: Vec<MeshVertex>,
-    /// Where groups and shared meshes stand, in the host's order.
+    /// The transforms of instances, in the host's order.
     pub(super) places: Vec<PlaceRow>,
-    /// Whether any are of groups.
+    /// Whether any are instances of groups.
     pub(super) has_groups: bool,
-    /// Rows of the host's surface table in the order in which leaves hold them.
+    /// Rows of the host's surface table, in the order of leaves.
     pub(super) rows: Vec<u32>,
 }
 
-/// A node that is to be made: what it holds, its parent, and its level.
+/// A node to be built: its contents, its parent, and its level.
 struct Pending<'a> {
     children: [(Bounds, Contents<'a>); TREE_WIDTH],
     parent: u32,
     level: u32,
 }
 
-/// What the trees are made from.
+/// The input of the trees.
 struct Source<'a> {
     table: &'a SurfaceTable,
-    /// Surfaces that precede those of leaves.
+    /// The number of surfaces before those of leaves.
     first_surface: u32,
     meshes: Option<Meshes<'a>>,
-    /// Where the trees of groups and shared meshes begin.
+    /// The roots of the trees of groups and shared meshes.
     roots: Vec<u32>,
 }
 
 impl Tree {
-    /// The host's trees over a scene's surfaces, of which `first_surface` precede those of leaves.
+    /// Converts the host's trees over a scene's surfaces, of which `first_surface` precede those of leaves.
     pub(super) fn new(bvh: &Bvh, table: &SurfaceTable, first_surface: u32) -> Tree {
         let mut tree = Tree { share: bvh.share(), ..Tree::default() };
         let meshes = table.triangles().map(|triangles| Meshes::new(triangles, table));
@@ -92,7 +92,7 @@ impl Tree {
         tree
     }
 
-    /// Adds one of the host's trees and returns how many levels it has.
+    /// Adds one of the host's trees and returns its number of levels.
     fn add(&mut self, tree: Boxes<'_>, source: &Source<'_>) -> u32 {
         let nothing = (Bounds::NOTHING, Contents::Nothing);
         let root = match tree.root() {
@@ -103,7 +103,7 @@ impl Tree {
         let mut pending = VecDeque::from([Pending { children: root, parent: NO_NODE, level: 1 }]);
         let mut made = self.nodes.len() as u32 + 1;
         let mut levels = 0;
-        // Breadth first, so that a node's nodes stand side by side.
+        // Breadth first, so that the child nodes of a node are contiguous.
         while let Some(Pending { children, parent, level }) = pending.pop_front() {
             levels = levels.max(level);
             let here = self.nodes.len() as u32;
@@ -133,7 +133,8 @@ impl Tree {
         levels
     }
 
-    /// Adds what a leaf holds. Returns of which kind it is, from where on after the node's others, and how many.
+    /// Adds the contents of a leaf. Returns their kind, their offset from the node's first item of this kind, and their
+    /// number.
     fn add_leaf(&mut self, numbers: &[u32], source: &Source<'_>, node: &TreeNode) -> (u32, u32, u32) {
         let count = numbers.len() as u32;
         match &source.meshes {
@@ -143,10 +144,10 @@ impl Tree {
                 (TRIANGLES, from, count)
             }
             _ => {
-                let kind = match source.table.rows()[numbers[0] as usize].0.form {
-                    Form::Round => SPHERES,
-                    Form::Flat => QUADS,
-                    Form::Rare(_) => RARE,
+                let kind = match source.table.rows()[numbers[0] as usize].0.kind {
+                    SurfaceKind::Round => SPHERES,
+                    SurfaceKind::Flat => QUADS,
+                    SurfaceKind::Custom(_) => CUSTOM,
                 };
                 let from = source.first_surface + self.rows.len() as u32 - node.surfaces;
                 self.rows.extend(numbers);
@@ -168,7 +169,7 @@ impl Tree {
         (INSTANCE, from, 1)
     }
 
-    /// Tells what is on meshes where the host's rows of the surface table are on the device.
+    /// Replaces the host's rows of meshes in the surface table by the device's.
     pub(super) fn put_surfaces(&mut self, places: &[u32]) {
         for node in &self.nodes {
             for place in 0..TREE_WIDTH {
@@ -183,7 +184,7 @@ impl Tree {
             }
         }
         for place in &mut self.places {
-            // Groups have none.
+            // Groups have no row.
             if let Some(&surface) = places.get(place.surface as usize) {
                 place.surface = surface;
             }
@@ -191,7 +192,7 @@ impl Tree {
     }
 }
 
-/// Where an instance stands. Its surface is the host's row, until the device's are in order.
+/// The transform of an instance. Its surface is the host's row, until the device's order is known.
 fn place(instances: &Instances, number: usize) -> PlaceRow {
     let place = instances.place(number);
     let [to_world_x, to_world_y, to_world_z] = place.to_world.map(array);
@@ -216,8 +217,8 @@ fn array(v: Vec3<f32>) -> [f32; 3] {
     [v.x, v.y, v.z]
 }
 
-/// Children in the places that the corners of their node suggest: bit i of a place is set on the upper side along
-/// axis i. The best suited are placed first.
+/// Children in the slots of their nearest corners: bit i of a slot is set on the upper side along axis i. The best
+/// matches are assigned first.
 fn in_places<'a>(children: [(Bounds, Contents<'a>); TREE_WIDTH]) -> [(Bounds, Contents<'a>); TREE_WIDTH] {
     let middle = |bounds: &Bounds| [0, 1, 2].map(|i| f64::from(bounds.low[i]) + f64::from(bounds.high[i]));
     let is_there = |child: &(Bounds, Contents<'_>)| child.1 != Contents::Nothing;
@@ -225,7 +226,7 @@ fn in_places<'a>(children: [(Bounds, Contents<'a>); TREE_WIDTH]) -> [(Bounds, Co
     let centre = middle(&all);
     let mut placed = [(Bounds::NOTHING, Contents::Nothing); TREE_WIDTH];
     let (mut left, mut free) = (children.map(|child| is_there(&child)), [true; TREE_WIDTH]);
-    // How far a child lies towards a place's corner.
+    // The position of a child along the diagonal towards a slot's corner.
     let suits = |child: usize, place: usize| -> f64 {
         let m = middle(&children[child].0);
         (0..3).map(|i| if place >> i & 1 == 1 { m[i] - centre[i] } else { centre[i] - m[i] }).sum()
@@ -257,7 +258,7 @@ pub(super) fn boxes(children: &[Bounds; TREE_WIDTH]) -> TreeNode {
         node.scales |= exponent << (8 * axis);
         let steps = |x: f32| (f64::from(x) - origin) / step(exponent);
         for (place, bounds) in children.iter().enumerate() {
-            // What is not there is entered nowhere: it ends before it begins.
+            // The box of an absent child is never entered: its minimum exceeds its maximum.
             let is_there = bounds.low[axis] <= bounds.high[axis];
             let (from, to) = if is_there {
                 (steps(bounds.low[axis]).floor() as u32, steps(bounds.high[axis]).ceil() as u32)
@@ -274,17 +275,17 @@ pub(super) fn boxes(children: &[Bounds; TREE_WIDTH]) -> TreeNode {
     node
 }
 
-/// The power of two that has this exponent in the form of f32.
+/// The power of two with this biased exponent.
 fn step(exponent: u32) -> f64 {
     f64::from(f32::from_bits(exponent << 23))
 }
 
-/// The exponent of the least normal power of two of which 255 make so much.
+/// The biased exponent of the smallest normal power of two such that 255 steps cover the length.
 fn exponent(extent: f64) -> u32 {
     (1..255).find(|&exponent| step(exponent) * 255.0 >= extent).unwrap_or(254)
 }
 
-/// Where triangles come from.
+/// The source of triangles.
 struct Meshes<'a> {
     triangles: &'a Triangles,
     table: &'a SurfaceTable,
@@ -302,7 +303,7 @@ impl<'a> Meshes<'a> {
         Meshes { triangles, table, first }
     }
 
-    /// The light that a triangle is: those of a mesh follow each other as its triangles do. What is shared is none.
+    /// The light of a triangle: the lights of a mesh are in the order of its triangles. Shared meshes have none.
     fn light(&self, index: usize) -> u32 {
         let Some(&row) = self.triangles.rows.get(index) else { return NO_LIGHT };
         let row = row as usize;
@@ -320,7 +321,7 @@ impl<'a> Meshes<'a> {
             a,
             number,
             b,
-            // The host's row, until the device's are in order. Of what is shared the place knows it.
+            // The host's row, until the device's order is known. For shared meshes, the instance holds it.
             surface: triangles.rows.get(index).copied().unwrap_or(0),
             c,
             light: self.light(index),
@@ -330,7 +331,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// What meshes say of their vertices.
+/// The vertex attributes of meshes.
 fn vertices(triangles: &Triangles) -> Vec<MeshVertex> {
     let Triangles { normals: [x, y, z], uv: [u, v], .. } = triangles;
     let vertex =
@@ -338,8 +339,8 @@ fn vertices(triangles: &Triangles) -> Vec<MeshVertex> {
     (0..u.len()).map(vertex).collect()
 }
 
-/// WGSL's way back up a tree of so many levels: for each above the current one eight bits, the lowest ones for the
-/// one right above.
+/// The WGSL type of the trail up a tree of so many levels: eight bits for each level above the current one, the lowest
+/// bits for the level right above.
 pub(super) fn trail(levels: u32) -> String {
     let words = levels.saturating_sub(1).div_ceil(16).max(1) as usize;
     let names: Vec<_> =

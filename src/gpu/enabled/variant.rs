@@ -1,4 +1,4 @@
-//! What a program is compiled for: its variant, and the constants and tables that its WGSL takes from the host.
+//! Variants of the program, and the constants and tables that its WGSL takes from the host.
 
 use super::device::Device;
 use super::heap::{self, Paging};
@@ -14,72 +14,72 @@ use crate::gpu::{AdapterKind, GpuError};
 use crate::light;
 use crate::light::NO_LIGHT;
 use crate::scene::Integrator;
-use crate::shape::{BOUNDS_ERROR, NEEDLE, RareKind};
+use crate::shape::{BOUNDS_ERROR, CustomKind, NEEDLE};
 use crate::texture::{COLOURED, Depth, SRGB};
 use crate::world::{FIRST_TRIANGLE, NO_INSTANCE};
 use std::fmt::Write;
 use std::sync::Arc;
 
-/// What is decided when a program is compiled.
+/// The parameters of compilation.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Variant {
+pub(super) struct ProgramVariant {
     pub(super) integrator: Integrator,
-    /// Invocations in a workgroup.
+    /// Invocations per workgroup.
     pub(super) workgroup_size: u32,
-    /// What the scene asks of it.
-    pub(super) plan: Plan,
+    /// The properties of the scene.
+    pub(super) plan: ProgramPlan,
 }
 
-/// What a program must know of its scene.
+/// The properties of a scene for which a program is compiled.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Plan {
-    /// How the heap of tables is cut.
+pub(super) struct ProgramPlan {
+    /// The division of the heap of tables into pages.
     pub(super) paging: Paging,
-    /// The levels of the tree; zero without one.
+    /// The number of levels of the tree; zero without one.
     pub(super) levels: u32,
-    /// Whether there are triangles in it.
+    /// Whether the tree holds triangles.
     pub(super) triangles: bool,
-    /// Whether there are groups or shared meshes in it.
+    /// Whether the tree holds instances.
     pub(super) instances: bool,
     /// Whether there are groups.
     pub(super) groups: bool,
-    /// The filter's taps along an axis, where samples count in all pixels around them; zero elsewhere.
+    /// The filter's taps along an axis if samples count in all pixels around them; otherwise zero.
     pub(super) taps: u32,
     /// Whether there are disks or cylinders.
-    pub(super) rare: bool,
-    /// Whether the scene's numbers and those of a dispatch are uniforms. Else they are in storage buffers: Mesa's lavapipe
-    /// compiles a program anew for each dispatch where its loops depend on uniforms.
+    pub(super) custom: bool,
+    /// Whether the numbers of the scene and of a dispatch are uniforms. Otherwise they are in storage buffers: Mesa's
+    /// lavapipe recompiles a program for each dispatch if its loops depend on uniforms.
     pub(super) uniforms: bool,
     /// The recorded functions.
     pub(super) recorded: Arc<str>,
 }
 
-impl Plan {
-    /// For a scene on a device. Fails where it does not fit there.
-    pub(super) fn of(device: &Device, tables: &Tables) -> Result<Plan, GpuError> {
+impl ProgramPlan {
+    /// The plan for a scene on a device. Fails if the scene does not fit.
+    pub(super) fn of(device: &Device, tables: &Tables) -> Result<ProgramPlan, GpuError> {
         let uniforms = device.description().kind != AdapterKind::Software;
-        Ok(Plan { uniforms, ..Plan::of_tables(tables, Paging::on(device, tables.words())?) })
+        Ok(ProgramPlan { uniforms, ..ProgramPlan::of_tables(tables, Paging::on(device, tables.words())?) })
     }
 
-    /// For tables in a heap that is cut like this, with uniforms.
-    pub(super) fn of_tables(tables: &Tables, paging: Paging) -> Plan {
+    /// The plan for tables in a heap with this paging, with uniforms.
+    pub(super) fn of_tables(tables: &Tables, paging: Paging) -> ProgramPlan {
         let tree = &tables.tree;
-        Plan {
+        ProgramPlan {
             paging,
             levels: tree.levels,
             triangles: !tree.triangles.is_empty(),
             instances: !tree.places.is_empty(),
             groups: tree.has_groups,
             taps: tables.weights.taps,
-            rare: tables.scene.rare_end > tables.scene.quads_end,
+            custom: tables.scene.custom_end > tables.scene.quads_end,
             uniforms: true,
             recorded: tables.recorded.as_str().into(),
         }
     }
 }
 
-/// The constants and the tables that WGSL takes from here, as WGSL.
-pub(super) fn text(variant: &Variant) -> String {
+/// The constants and tables from the host, as WGSL.
+pub(super) fn text(variant: &ProgramVariant) -> String {
     let code = |reject: Reject| REJECTS.iter().find(|(_, r)| *r == reject).map_or(0, |(code, _)| *code);
     let whole = [
         ("WORKGROUP_SIZE", variant.workgroup_size),
@@ -93,7 +93,7 @@ pub(super) fn text(variant: &Variant) -> String {
         ("QUADS", tree::QUADS),
         ("INSTANCE", tree::INSTANCE),
         ("PLANES", tree::PLANES),
-        ("RARE", tree::RARE),
+        ("CUSTOM", tree::CUSTOM),
         ("LEAF", light::LEAF),
         ("COUNT_FROM", light::COUNT_FROM),
         ("MOST_BRANCHES", MOST_BRANCHES),
@@ -120,8 +120,8 @@ pub(super) fn text(variant: &Variant) -> String {
         ("PICTURE_SRGB", SRGB),
     ];
     let real = [
-        // What stands for the radius.
-        ("IS_DISK", -(RareKind::Disk.number() as f32)),
+        // The value that replaces the radius.
+        ("IS_DISK", -(CustomKind::Disk.number() as f32)),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", crate::math::BELOW_ONE),
         ("NEARNESS", light::NEARNESS),
@@ -139,15 +139,15 @@ pub(super) fn text(variant: &Variant) -> String {
         writeln!(text, "const {name}: u32 = {value}u;").expect("a string takes all");
     }
     for (name, value) in real {
-        // Debug's digits are the fewest that read back as the same float.
+        // Debug prints the fewest digits that parse to the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    let &Plan { triangles, instances, groups, rare, .. } = &variant.plan;
+    let &ProgramPlan { triangles, instances, groups, custom, .. } = &variant.plan;
     for (name, is_so) in [
         ("TREE_TRIANGLES", triangles),
         ("TREE_INSTANCES", instances),
         ("TREE_GROUPS", groups),
-        ("HAS_RARE", rare),
+        ("HAS_CUSTOM", custom),
     ] {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }

@@ -1,15 +1,15 @@
-//! The worker itself: orders in, dispatches out, batches back.
+//! The worker: receives orders, submits dispatches, and sends batches.
 
 use super::device::Device;
 use super::layout::SlotSums;
 use super::pace::{
     FIRST_BRIGHT, MOST_BRIGHT, MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task, next_part,
 };
-use super::pipeline::{Brings, DispatchBuffers, Pipeline, Room, Submission};
-use super::program::{Program, Shape};
+use super::pipeline::{DispatchBuffers, DispatchOutput, Pipeline, Room, Submission};
+use super::program::{DispatchLimits, Program};
 use super::readback;
 use super::tables::Tables;
-use super::variant::Plan;
+use super::variant::ProgramPlan;
 use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
@@ -19,49 +19,49 @@ use crossbeam_channel::{Receiver, Sender, TryRecvError, never};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Dispatches that the device has at a time: one works while the other is read.
+/// Dispatches in flight: one runs while the results of the other are read.
 const IN_FLIGHT: usize = 2;
 
-/// A device that doesn't answer for so long has failed.
+/// A device that does not answer for this long has failed.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A worker on a GPU: the counterpart of [`crate::render::worker::Worker`], under the same protocol.
 pub struct GpuWorker {
     device: Device,
     pipeline: Pipeline,
-    /// Taken in turns, so that the next one is free while fewer than [`IN_FLIGHT`] fly.
+    /// Buffers used in turn; while fewer than [`IN_FLIGHT`] are in flight, the next one is free.
     buffers: Vec<DispatchBuffers>,
     turn: usize,
     region: Region,
     index: usize,
     sends_samples: bool,
-    /// What samples are put on bands with, unless they are sent.
+    /// The filter by which samples are added to bands, unless samples are returned.
     splatter: Option<Splatter>,
-    /// For how many samples that are too bright for a band there is room, and for how many there can be.
+    /// The current and the maximum capacity for samples that are too bright for a band.
     bright: [u32; 2],
     pace: Pace,
-    /// What traces first hits for the layers of the film, if it has any.
+    /// The tracer of first hits, if the film has layers.
     tracer: Option<FirstHitTracer>,
 }
 
-/// What a dispatch has come to.
-enum Landed {
+/// The result of a dispatch.
+enum DispatchResult {
     Batch(Box<SampleBatch>),
-    /// Nothing: the driver ended it too soon.
+    /// No result: the driver ended it early.
     CutShort,
-    /// Nothing: there was no room for so many bright samples.
+    /// No result: this many bright samples exceeded the capacity.
     TooBright(u32),
 }
 
 impl GpuWorker {
-    /// Puts the scene onto the device and compiles the program for it.
+    /// Uploads the scene to the device and compiles the program for it.
     ///
-    /// Fails, naming the reason, when the GPU does not take something in the job, when the scene is too
-    /// large for the device, or when the driver refuses the program or the memory.
+    /// Fails with a reason if the GPU does not support a feature of the job, if the scene is too large for the device,
+    /// or if the driver rejects the program or the memory.
     pub fn new(device: &Device, job: &Job<'_>) -> Result<GpuWorker, GpuError> {
         let tables = Tables::new(job)?;
-        let plan = Plan::of(device, &tables)?;
-        let program = Program::new(device, job.render, Shape::of(device), plan)?;
+        let plan = ProgramPlan::of(device, &tables)?;
+        let program = Program::new(device, job.render, DispatchLimits::of(device), plan)?;
         GpuWorker::with_program(device, job, &tables, program)
     }
 
@@ -74,7 +74,7 @@ impl GpuWorker {
         GpuWorker::with_room(device, job, tables, program, MOST_BRIGHT)
     }
 
-    /// With room for so many samples of a dispatch that are too bright for a band of sums.
+    /// With a given capacity for samples of a dispatch that are too bright for a band of sums.
     pub(super) fn with_room(
         device: &Device,
         job: &Job<'_>,
@@ -83,7 +83,7 @@ impl GpuWorker {
         bright: u32,
     ) -> Result<GpuWorker, GpuError> {
         let pipeline = Pipeline::new(device, job, tables, program)?;
-        // The device adds up no spreads.
+        // The device sums no spreads.
         let sends_samples = job.sends_samples || job.splatter.is_some_and(Splatter::has_spreads);
         let splatter = job.splatter.filter(|_| !sends_samples).cloned();
         let (samples, band_pixels) = match &splatter {
@@ -109,19 +109,20 @@ impl GpuWorker {
         })
     }
 
-    /// Has first hits traced for the samples of each batch: on the CPU, so that layers are the same whatever renders.
+    /// Enables first hits for the samples of each batch. They are traced on the CPU, so that layers do not depend on
+    /// the device.
     pub fn trace_first_hits_with(&mut self, tracer: Option<FirstHitTracer>) {
         self.tracer = tracer;
     }
 
-    /// Goes on at another pace.
+    /// Sets the pace.
     #[cfg(test)]
     pub(super) fn set_pace(&mut self, pace: Pace) {
         self.pace = pace;
     }
 
-    /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
-    /// device does; the batches sent until then are good.
+    /// Executes orders until their channel or the batch channel closes. Fails if the device fails; batches sent before
+    /// remain valid.
     pub fn run(
         &mut self,
         orders: &Receiver<Assignment>,
@@ -130,8 +131,8 @@ impl GpuWorker {
         self.run_until(orders, &never(), batches)
     }
 
-    /// The same, and begins nothing more once there is a message in `stop`, which stays there: what the device works at
-    /// by then is sent.
+    /// The same, and starts no dispatch once there is a message in `stop`, which stays there. Dispatches in flight are
+    /// completed and sent.
     pub fn run_until(
         &mut self,
         orders: &Receiver<Assignment>,
@@ -140,7 +141,7 @@ impl GpuWorker {
     ) -> Result<(), GpuError> {
         let mut in_flight: VecDeque<(Submission, Instant)> = VecDeque::with_capacity(IN_FLIGHT);
         let mut remaining: Option<Remaining> = None;
-        // What is next: tasks that came to nothing, and those that were in flight behind them.
+        // The next tasks: those without a result, and those in flight after them.
         let mut tasks = VecDeque::new();
         let mut closed = false;
         let mut last_landing = Instant::now();
@@ -149,7 +150,7 @@ impl GpuWorker {
                 (closed, remaining) = (true, None);
                 tasks.clear();
             }
-            // The device works at one dispatch while the next waits in its queue.
+            // The device runs one dispatch while the next is queued.
             while in_flight.len() < IN_FLIGHT {
                 if tasks.is_empty() {
                     let reach = |place| self.reach(place);
@@ -158,15 +159,15 @@ impl GpuWorker {
                 if let Some(task) = next_part(&mut tasks, &self.pace) {
                     let buffers = &self.buffers[(self.turn + in_flight.len()) % IN_FLIGHT];
                     let submitted = Instant::now();
-                    let brings = self.brings(&task);
-                    let submission = self.pipeline.submit(&self.device, buffers, self.region, task, brings);
+                    let output = self.output(&task);
+                    let submission = self.pipeline.submit(&self.device, buffers, self.region, task, output);
                     in_flight.push_back((submission, submitted));
                     continue;
                 }
                 if closed {
                     break;
                 }
-                // While the device works, an order is welcome but not waited for.
+                // While the device is busy, orders are received without waiting.
                 let order = if in_flight.is_empty() {
                     orders.recv().map_err(|_| TryRecvError::Disconnected)
                 } else {
@@ -190,10 +191,10 @@ impl GpuWorker {
             }
             let Some((submission, submitted)) = in_flight.pop_front() else { return Ok(()) };
             let task = submission.task;
-            let landed = self.land(submission, submitted.max(last_landing))?;
+            let result = self.finish_dispatch(submission, submitted.max(last_landing))?;
             last_landing = Instant::now();
-            match landed {
-                Landed::Batch(mut batch) => {
+            match result {
+                DispatchResult::Batch(mut batch) => {
                     if let Some(tracer) = &self.tracer {
                         let slots = task.first_slot..task.first_slot + task.slots;
                         let samples = task.first_sample..task.first_sample + task.samples;
@@ -204,13 +205,13 @@ impl GpuWorker {
                     }
                     continue;
                 }
-                Landed::CutShort => {
+                DispatchResult::CutShort => {
                     if !self.pace.ask_less(&task, self.pipeline.invocations()) {
                         let adapter = self.device.description().name.clone();
                         return Err(GpuError::CutShort { adapter });
                     }
                 }
-                Landed::TooBright(bright) => {
+                DispatchResult::TooBright(bright) => {
                     let [room, most] = &mut self.bright;
                     *room = bright.saturating_mul(2).clamp(*room, *most);
                     if bright > *most {
@@ -221,12 +222,12 @@ impl GpuWorker {
             let behind = in_flight.iter().map(|(submission, _)| submission.task);
             let all: Vec<_> = [task].into_iter().chain(behind).collect();
             self.wait_for_all(std::mem::take(&mut in_flight))?;
-            // In their order: an order's last task stays the last one.
+            // In order, so that an order's last task stays the last.
             all.into_iter().rev().for_each(|task| tasks.push_front(task));
         }
     }
 
-    /// What an order asks of the slots, as far as they don't have it.
+    /// The work of an order, without the samples that slots already have.
     fn to_do(&self, assignment: &Assignment) -> Remaining {
         let order = assignment.order;
         let slots = order.stride.len(self.region.len());
@@ -237,41 +238,45 @@ impl GpuWorker {
         Remaining::of(order, runs.map(|(slots, samples)| Run { slots, samples }))
     }
 
-    /// How many places from one on a dispatch may be for.
+    /// The maximum number of pixels of a dispatch from a pixel.
     fn reach(&self, place: u32) -> u32 {
         let most = |splatter: &Splatter| splatter.most_places_from(place, self.region.width);
         self.splatter.as_ref().map_or(u32::MAX, most)
     }
 
-    /// What is asked of a task.
-    fn brings(&self, task: &Task) -> Brings {
+    /// The kind of output of a task.
+    fn output(&self, task: &Task) -> DispatchOutput {
         match &self.splatter {
-            _ if self.sends_samples => Brings::Samples,
+            _ if self.sends_samples => DispatchOutput::Samples,
             Some(splatter) => {
                 let [first, last] = [0, task.slots - 1].map(|slot| task.stride.place(task.first_slot + slot));
-                Brings::Splats(splatter.band(first, last, self.region.width), self.bright[0])
+                DispatchOutput::Splats(splatter.band(first, last, self.region.width), self.bright[0])
             }
-            None => Brings::Sums,
+            None => DispatchOutput::Sums,
         }
     }
 
-    /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it.
-    fn land(&mut self, submission: Submission, start: Instant) -> Result<Landed, GpuError> {
-        // Answers come while the device is asked. One that is here already may have been here for long.
+    /// Waits for a dispatch, adjusts the pace to its duration since `start`, and makes a batch of it.
+    fn finish_dispatch(
+        &mut self,
+        submission: Submission,
+        start: Instant,
+    ) -> Result<DispatchResult, GpuError> {
+        // Answers arrive while the device is polled. An answer that is already here may have arrived long ago.
         let _ = self.device.device.poll(wgpu::PollType::Poll);
         let waited = !submission.is_done();
         self.wait(&submission)?;
         let took = start.elapsed();
         let paths = submission.task.paths();
-        let landed = self.read(submission);
+        let result = self.read(submission);
         self.turn = (self.turn + 1) % IN_FLIGHT;
-        match landed {
-            Ok(Landed::Batch(_)) if waited => self.pace.learn(paths, took),
-            Ok(Landed::Batch(_)) => self.pace.learn_at_most(paths, took),
-            // How long it would have taken is not known.
+        match result {
+            Ok(DispatchResult::Batch(_)) if waited => self.pace.learn(paths, took),
+            Ok(DispatchResult::Batch(_)) => self.pace.learn_at_most(paths, took),
+            // Its full duration is unknown.
             Ok(_) | Err(_) => {}
         }
-        landed
+        result
     }
 
     fn wait(&self, submission: &Submission) -> Result<(), GpuError> {
@@ -284,18 +289,18 @@ impl GpuWorker {
         if submission.is_readable() { Ok(()) } else { Err(self.device.failure("the device was lost")) }
     }
 
-    /// Leaves the buffers as they were found, for another run.
+    /// Drains the buffers in flight, for another run.
     fn wait_for_all(&mut self, in_flight: VecDeque<(Submission, Instant)>) -> Result<(), GpuError> {
         for (submission, _) in in_flight {
             self.wait(&submission)?;
-            // Looking at results gives their buffers back.
+            // Reading the results unmaps their buffers.
             drop(self.read(submission));
             self.turn = (self.turn + 1) % IN_FLIGHT;
         }
         Ok(())
     }
 
-    /// A batch of what the program leaves behind, of slots from one on.
+    /// An empty batch for results of the slots from `first_slot`.
     fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
         let payload = if self.sends_samples {
             Payload::Samples(Vec::new())
@@ -307,20 +312,20 @@ impl GpuWorker {
         SampleBatch::empty(self.index, stride, payload)
     }
 
-    /// What the dispatch whose turn it is has brought.
-    fn read(&self, submission: Submission) -> Result<Landed, GpuError> {
+    /// Reads the results of the oldest dispatch.
+    fn read(&self, submission: Submission) -> Result<DispatchResult, GpuError> {
         let unreadable = || self.device.failure("its results cannot be read");
         let (buffers, task) = (&self.buffers[self.turn], submission.task);
         let mut batch = self.empty_batch(task.stride, task.first_slot);
         (batch.paths, batch.completes) = (task.paths(), task.completes);
         let mut too_bright = None;
-        match (&mut batch.payload, submission.brings) {
+        match (&mut batch.payload, submission.output) {
             (Payload::Samples(samples), _) => {
                 *samples = buffers
                     .samples(&task, |words| words.iter().map(readback::sample).collect())
                     .ok_or_else(unreadable)?;
             }
-            (Payload::Splats { band, bright, .. }, Brings::Splats(empty, room)) => {
+            (Payload::Splats { band, bright, .. }, DispatchOutput::Splats(empty, room)) => {
                 *band = empty;
                 match buffers.splats(band, room).ok_or_else(unreadable)? {
                     Ok(samples) => *bright = samples,
@@ -332,22 +337,22 @@ impl GpuWorker {
         let whole =
             buffers.sums(&task, |words| self.read_slots(words, &task, &mut batch)).ok_or_else(unreadable)?;
         Ok(match too_bright {
-            _ if !whole => Landed::CutShort,
-            Some(bright) => Landed::TooBright(bright),
-            None => Landed::Batch(batch.into()),
+            _ if !whole => DispatchResult::CutShort,
+            Some(bright) => DispatchResult::TooBright(bright),
+            None => DispatchResult::Batch(batch.into()),
         })
     }
 
-    /// Adds what slots say of themselves to a batch. Returns whether the driver let all of them come to their ends.
+    /// Adds the results of slots to a batch. Returns whether the driver let all of them run to their end.
     fn read_slots(&self, words: &[SlotSums], task: &Task, batch: &mut SampleBatch) -> bool {
         if words.iter().any(|words| words.rays == 0) {
-            // Cut short, it may have left anything.
+            // An interrupted slot may hold anything.
             return false;
         }
         batch.rays = words.iter().map(|words| u64::from(words.rays)).sum();
         let (rejects, counts) = (&mut batch.rejects, &mut batch.reject_counts);
         let mut name = |slot, reject: Option<(u32, Reject)>, rejected: u32| {
-            // The device tells the reason of a slot's first.
+            // The device returns the reason of a slot's first rejection.
             if let Some((_, why)) = reject {
                 counts.add(why, u64::from(rejected));
             }
@@ -359,7 +364,7 @@ impl GpuWorker {
             }
         };
         match &mut batch.payload {
-            // Whoever takes them sorts them out.
+            // The receiver rejects invalid samples.
             Payload::Samples(_) => {}
             Payload::Splats { made, bright, .. } => {
                 made.reserve_exact(words.len());
@@ -368,9 +373,9 @@ impl GpuWorker {
                     made.push(Made { count: read.sums.count, rejected: read.sums.rejected });
                     name(slot, read.reject, read.sums.rejected);
                 }
-                // Those are counted by whoever adds them.
+                // The receiver counts these.
                 for sample in bright {
-                    // A stride's length up to a place is the place's slot.
+                    // The number of a stride's pixels before a pixel is that pixel's slot.
                     let slot = task.stride.len(self.region.place(sample.pixel));
                     made[(slot - task.first_slot) as usize].count -= 1;
                 }

@@ -1,21 +1,21 @@
-//! What lights give, against irradiance by formula; densities against what is met.
+//! Light samples against irradiance by formula; densities against hits.
 
 mod declared;
 
 use super::*;
-use crate::light::made_up::Sky;
+use crate::light::test_sky::Sky;
 use crate::light::{Distant, DistantDisk, PointLight};
 use crate::math::Ray;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::Stream;
-use crate::shape::{Cylinder, Disk, Quad, Shape, Shears, Sphere};
+use crate::shape::{Cylinder, Disk, Quad, Shape, ShearedRays, Sphere};
 use declared::{FALLOFFS, spot};
 use glam::DVec3;
 use rand::RngExt;
 
 fn table<S>(shape: S, flipped: bool, emission: f32) -> LightTable
 where
-    AreaLight<S>: Listed,
+    AreaLight<S>: ListedLight,
 {
     let mut table = LightTable::default();
     table.push(AreaLight { shape, flipped, emission: [emission; 3] });
@@ -36,20 +36,20 @@ fn irradiance(table: &LightTable, n: u32) -> f64 {
 
 #[test]
 fn a_sphere_gives_the_irradiance_of_its_cone() {
-    // E = π·L·sin²θ for a sphere straight above, sin θ = r/distance.
+    // E = π·L·sin²θ for a sphere at the zenith, with sin θ = r/distance.
     for (distance, radius) in [(4.0, 1.0), (1000.0, 1.0), (1.001, 1.0)] {
         let sphere = Sphere::new(DVec3::Z * distance, radius);
         let expected = std::f64::consts::PI * 2.0 * (radius / distance).powi(2);
         let got = irradiance(&table(sphere, false, 2.0), 200);
         assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
-        // Seen from outside, a sphere that emits inwards is dark.
+        // From outside, a sphere that emits inwards is black.
         assert_eq!(irradiance(&table(sphere, true, 2.0), 20), 0.0);
     }
 }
 
 #[test]
-fn a_sphere_around_us_lights_us_as_a_sky() {
-    // From inside, radiance is L everywhere: E = π·L, wherever we stand.
+fn a_surrounding_sphere_illuminates_like_a_sky() {
+    // From inside, radiance is L in all directions: E = π·L at any position.
     for z in [0.0, 0.7, -0.5] {
         let sphere = Sphere::new(DVec3::Z * z, 1.0);
         let got = irradiance(&table(sphere, true, 1.0), 400);
@@ -60,8 +60,8 @@ fn a_sphere_around_us_lights_us_as_a_sky() {
 
 #[test]
 fn a_quad_gives_the_irradiance_of_its_form_factor() {
-    // The form factor of a unit square 1 above the middle is 4 times that of a corner patch of ½ × ½
-    // (Howell, configuration C-13).
+    // The form factor of a unit square at a height of 1 above the point below its centre is 4 times that of a corner
+    // patch of ½ × ½ (Howell, configuration C-13).
     let quad = Quad::new(DVec3::new(-0.5, -0.5, 1.0), DVec3::Y, DVec3::X);
     let s = 1.25_f64.sqrt();
     let expected = 4.0 * (0.5 / s * (0.5 / s).atan());
@@ -72,7 +72,7 @@ fn a_quad_gives_the_irradiance_of_its_form_factor() {
 
 #[test]
 fn a_disk_gives_the_irradiance_of_its_form_factor() {
-    // A disk straight above fills a cone: E = π·L·r²/(r² + distance²).
+    // A disk at the zenith covers a cone: E = π·L·r²/(r² + distance²).
     for (distance, radius) in [(1.0, 1.0), (0.5, 1.0), (50.0, 1.0)] {
         let disk = Disk::new(DVec3::Z * distance, DVec3::NEG_Z, radius);
         let expected = std::f64::consts::PI * radius * radius / (radius * radius + distance * distance);
@@ -84,9 +84,9 @@ fn a_disk_gives_the_irradiance_of_its_form_factor() {
 
 #[test]
 fn a_cylinder_gives_the_irradiance_of_its_solid_angle() {
-    // One that lies across the zenith, at an angle β to it on either side and as wide as a sine s: of the strip of
-    // directions (α, β) about its axis, cos θ = cos α·cos β. Seen from its axis's height it is a whole strip, from
-    // end to end, whose ends depend on α only by the distance to it.
+    // A cylinder across the zenith covers a strip of directions (α, β) about its axis, with cos θ = cos α·cos β. It
+    // reaches an angle β to either side, and its half width is the angle whose sine is s. From the height of its axis
+    // it is a whole strip from end to end, whose ends depend on α only by the distance.
     let integral = |height: f64, radius: f64, half: f64| {
         let (n, widest) = (2000, (radius / height).asin());
         let sum: f64 = (0..n)
@@ -110,10 +110,10 @@ fn a_cylinder_gives_the_irradiance_of_its_solid_angle() {
 }
 
 #[test]
-fn a_long_tube_around_us_lights_us_as_a_sky() {
+fn a_long_surrounding_cylinder_illuminates_like_a_sky() {
     let tube = Cylinder::new(DVec3::new(0.2, -300.0, 0.1), DVec3::new(0.2, 300.0, 0.1), 1.0);
     let table = table(tube, true, 1.0);
-    // By area, most samples are far away: many are needed.
+    // By area most samples are distant, so that many are needed.
     let got = irradiance(&table, 2000);
     assert!((got / std::f64::consts::PI - 1.0).abs() < 1e-2, "{got} is not π");
 }
@@ -129,23 +129,23 @@ fn two_triangles_give_the_irradiance_of_their_square() {
     let sum: f64 = halves.map(|half| irradiance(&table(Triangle(half), false, 1.0), 200)).iter().sum();
     assert!((sum / expected(s) - 1.0).abs() < 1e-4, "{sum} is not {}", expected(s));
     assert_eq!(irradiance(&table(Triangle(halves[0]), true, 1.0), 10), 0.0);
-    // A triangle without area is never chosen, and spoils nothing.
+    // A triangle without area is never chosen and has no effect.
     let mut with_none = LightTable::default();
     with_none.push(AreaLight { shape: Triangle([[0.0, 0.0, 2.0]; 3]), flipped: false, emission: [1.0; 3] });
     with_none.push(AreaLight { shape: Triangle(halves[0]), flipped: false, emission: [1.0; 3] });
     with_none.build_tree();
     let up = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
     for u in [0.0, 0.3, 0.999] {
-        let (light, chance) = with_none.choose(Vec3::zero(), up, u, true);
-        assert_eq!((light.0, chance), (1, 1.0));
+        let (light, pmf) = with_none.choose(Vec3::zero(), up, u, true);
+        assert_eq!((light.0, pmf), (1, 1.0));
     }
 }
 
-/// The density by which a light is sampled, against the one of the ray that meets it: where it does, and with which
-/// outward normal.
+/// Compares the density by which a light is sampled with that of the ray that hits it. Checks the position of the hit
+/// and the outward normal there.
 fn densities_agree<S>(shape: S, flipped: bool, meet: impl Fn(&Ray<f32>) -> (f32, Vec3<f32>))
 where
-    AreaLight<S>: Listed,
+    AreaLight<S>: ListedLight,
 {
     let table = table(shape, flipped, 1.0);
     for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
@@ -160,7 +160,7 @@ where
 }
 
 #[test]
-fn the_density_of_a_met_light_is_that_of_the_sample() {
+fn the_density_of_a_hit_is_that_of_the_sample() {
     let sphere = Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5);
     let around = Sphere::new(DVec3::new(0.3, -0.2, 0.1), 3.0);
     for (sphere, flipped) in [(sphere, false), (around, true)] {
@@ -174,7 +174,7 @@ fn the_density_of_a_met_light_is_that_of_the_sample() {
     let corners = [[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]];
     densities_agree(Triangle(corners), false, |ray| {
         let [a, b, c] = corners.map(Vec3::splat);
-        (Shears::new(ray).meet([a, b, c], true).t, (b - a).cross(c - a).normalized())
+        (ShearedRays::new(ray).intersect([a, b, c], true).t, (b - a).cross(c - a).normalized())
     });
     let disk = Disk::new(DVec3::new(1.0, 0.5, 3.0), DVec3::new(0.0, -0.6, -0.8), 1.5);
     densities_agree(disk, false, |ray| (disk.intersect(ray), Vec3::splat(disk.normal)));
@@ -194,11 +194,11 @@ fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
 }
 
-/// Rays that leave a light carry its power, and start where its bounds say that it is; the inverses of their densities
-/// have the light's area and the solid angle of its directions for their means.
+/// Rays that leave a light carry its power and start within its bounds. The means of the inverse densities are the
+/// light's area and the solid angle of its directions.
 #[test]
 fn emitted_rays_carry_the_power_of_their_light() {
-    fn check<L: Listed + Copy>(name: &str, light: L, power: Option<f64>) {
+    fn check<L: ListedLight + Copy>(name: &str, light: L, power: Option<f64>) {
         let mut table = LightTable::default();
         table.push(light);
         let bounds = light.bounds().unwrap();
@@ -207,7 +207,7 @@ fn emitted_rays_carry_the_power_of_their_light() {
         let draws = 200_000;
         let row = light.row();
         let (mut flux, mut cos, mut mean, mut spread) = (0.0, 0.0, DVec3::ZERO, 0.0);
-        // The solid angle that the directions fill, and the area of the origins.
+        // The solid angle of the directions, and the area of the origins.
         let (mut angle, mut area) = (0.0, 0.0);
         for _ in 0..draws {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
@@ -225,7 +225,7 @@ fn emitted_rays_carry_the_power_of_their_light() {
         }
         let n = f64::from(draws);
         let extent = bounds.spread.sqrt();
-        // A spot's rays differ.
+        // The rays of a spot differ in flux.
         let room = if row.ramp_slope == 0.0 { 1e-4 } else { 5e-3 };
         assert!((flux / n / power - 1.0).abs() < room, "{name}: {} is not {power}", flux / n);
         assert!(
@@ -238,7 +238,7 @@ fn emitted_rays_carry_the_power_of_their_light() {
         let (mean_cos, whole) = if on_surface { (2.0 / 3.0, f64::from(row.area)) } else { (1.0, 1.0) };
         assert!((cos / n - mean_cos).abs() < 5e-3, "{name}: cosines of {} on average", cos / n);
         assert!((area / n / whole - 1.0).abs() < 1e-4, "{name}: {} is not the area", area / n);
-        // 1/pdf has a mean of the solid angle, though near the horizon it has no variance that is finite.
+        // 1/pdf has the solid angle as its mean, but its variance is infinite because of directions near the horizon.
         let half = 2.0 * std::f64::consts::PI;
         let cone = half * f64::from(row.radius);
         let filled = if on_surface {
@@ -252,7 +252,7 @@ fn emitted_rays_carry_the_power_of_their_light() {
     }
     fn both<S: Copy>(name: &str, shape: S)
     where
-        AreaLight<S>: Listed,
+        AreaLight<S>: ListedLight,
     {
         for flipped in [false, true] {
             check(name, AreaLight { shape, flipped, emission: [2.0; 3] }, None);
@@ -270,9 +270,9 @@ fn emitted_rays_carry_the_power_of_their_light() {
     both("cylinder", Cylinder::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 2.5, 5.0), 0.5));
 }
 
-/// Of what leaves a surface, all goes to the side that emits, from a point that is not within it.
+/// All rays that leave a surface leave its emitting side, from a point outside it.
 #[test]
-fn emitted_rays_leave_the_side_that_shines() {
+fn emitted_rays_leave_the_emitting_side() {
     let stream = &mut Stream::new(49, 0, 0);
     let sphere = Sphere::new(DVec3::new(0.0, 0.0, 2.0), 1.0);
     for flipped in [false, true] {
@@ -288,9 +288,9 @@ fn emitted_rays_leave_the_side_that_shines() {
     }
 }
 
-/// What passes through a ball within the scene is what a ray's share of the light says, and all of it comes from beyond.
+/// The flux through a ball within the scene follows from the flux of each ray, and all rays start outside the scene.
 #[test]
-fn rays_from_infinity_show_the_whole_scene_their_light() {
+fn rays_from_infinity_cover_the_whole_scene() {
     let mut table = LightTable::default();
     table.push(Sky { radiance: [2.0; 3] });
     table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
@@ -299,7 +299,7 @@ fn rays_from_infinity_show_the_whole_scene_their_light() {
     let (middle, reach) = (DVec3::new(3.0, 1.0, 5.0), 17_f64.sqrt());
     let (centre, radius, pi) = (DVec3::new(1.5, -1.5, 6.5), 0.5, std::f64::consts::PI);
     let stream = &mut Stream::new(50, 0, 0);
-    // By a ball light from everywhere within a disk is met, whatever its direction.
+    // Light from all directions within a disk hits a ball, whatever its direction.
     for (light, irradiance) in [(0, 4.0 * pi * 2.0), (1, 3.0), (2, 2.0 * pi * 0.2 * 2.0)] {
         let (mut flux, draws) = (0.0, 400_000);
         for _ in 0..draws {
@@ -318,7 +318,7 @@ fn rays_from_infinity_show_the_whole_scene_their_light() {
 }
 
 #[test]
-fn without_an_extent_nothing_is_sent_from_infinity() {
+fn without_an_extent_no_rays_start_at_infinity() {
     let mut table = LightTable::default();
     table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
     for around in [Bounds::NOTHING, Bounds::EVERYTHING] {
@@ -336,7 +336,7 @@ fn lights_at_infinity_are_chosen_beside_the_tree() {
     let (p, n) = (Vec3::<f32>::zero(), Vec3::splat([0.0_f32, 0.0, 1.0]));
     for (points, infinite) in [(0, 1), (0, 2), (1, 1), (3, 2), (20, 1)] {
         let mut table = LightTable::default();
-        // Between the others, so that the tree's lights are not the first ones.
+        // Between the others, so that the lights of the tree are not the first ones.
         for i in 0..points {
             table.push(point(i as f32));
             if i == 0 {
@@ -351,23 +351,23 @@ fn lights_at_infinity_are_chosen_beside_the_tree() {
         }
         table.build_tree();
         assert_eq!(table.infinite_lights().len(), infinite);
-        let chance = |light: u32| f64::from(table.chance(p, n, Wrapping(light), true));
+        let pmf = |light: u32| f64::from(table.pmf(p, n, Wrapping(light), true));
         let all = table.len() as u32;
-        let sum: f64 = (0..all).map(chance).sum();
+        let sum: f64 = (0..all).map(pmf).sum();
         assert!((sum - 1.0).abs() < 1e-5, "{points} points: {sum}");
         let share = 1.0 / (infinite + usize::from(points > 0)) as f64;
         for &light in table.infinite_lights() {
-            assert!((chance(light) - share).abs() < 1e-6);
+            assert!((pmf(light) - share).abs() < 1e-6);
         }
         let (mut seen, draws) = (vec![0.0; all as usize], 10_000);
         for i in 0..draws {
-            let (light, chance) = table.choose(p, n, (i as f32 + 0.5) / draws as f32, true);
-            let again = table.chance(p, n, light, true);
-            assert!((chance - again).abs() <= 1e-5 * chance, "{chance} is not {again}");
+            let (light, pmf) = table.choose(p, n, (i as f32 + 0.5) / draws as f32, true);
+            let again = table.pmf(p, n, light, true);
+            assert!((pmf - again).abs() <= 1e-5 * pmf, "{pmf} is not {again}");
             seen[light.0 as usize] += 1.0;
         }
         for (light, seen) in seen.iter().enumerate() {
-            let expected = chance(light as u32) * f64::from(draws);
+            let expected = pmf(light as u32) * f64::from(draws);
             assert!((seen - expected).abs() < 2.5, "light {light}: {seen} of {expected}");
         }
     }
@@ -389,7 +389,7 @@ fn lights_at_infinity_are_infinitely_far_away() {
         assert_eq!(distance.is_infinite(), sample.infinite);
         assert!(wide(ray.d).distance(wide(sample.wi)) < 1e-6);
     }
-    // Delta lights alone, each as likely: what they give is that of all.
+    // The delta lights alone, chosen uniformly, give the same irradiance.
     assert_eq!(table.delta_lights(), [0, 2]);
     let [near, far] = [0.25, 0.75].map(|choice| table.sample_delta(Vec3::<f32>::zero(), choice));
     assert_eq!((near.wi.lane(0), near.weight().r), ([0.0, 0.0, 1.0], 4.0));
@@ -397,7 +397,7 @@ fn lights_at_infinity_are_infinitely_far_away() {
 }
 
 #[test]
-fn what_escapes_is_weighed_by_the_density_of_its_light() {
+fn escaped_radiance_is_weighted_by_the_density_of_its_light() {
     let d = Vec3::splat([0.0_f32, 0.0, 1.0]);
     let mut table = LightTable::default();
     table.set_environment(Environment { radiance: [1.0, 2.0, 3.0] });
@@ -412,8 +412,8 @@ fn what_escapes_is_weighed_by_the_density_of_its_light() {
     });
     assert_eq!(seen.lane(0), [3.0, 4.0, 5.0]);
     assert_eq!(given.get(), 0.5 / (4.0 * std::f32::consts::PI));
-    // What is told is what choosing and sampling give.
-    let (light, chance) = table.choose(Vec3::zero(), d, 0.75, true);
+    // The reported densities are those of choosing and sampling.
+    let (light, pmf) = table.choose(Vec3::zero(), d, 0.75, true);
     let sample = table.sample(light, Vec3::zero(), [0.1, 0.2]);
-    assert_eq!((light.0, chance * sample.pdf), (1, given.get()));
+    assert_eq!((light.0, pmf * sample.pdf), (1, given.get()));
 }

@@ -1,28 +1,28 @@
-//! Building the tree: first a binary one, of which several levels are then merged into one.
+//! Construction of the tree: first a binary one, of which several levels are then merged into one.
 
 use super::group::{Below, Group};
 use super::node::{LEAF, Node, WIDTH};
 use super::shares::Shares;
 use crate::light::bounds::{LightBounds, distance2};
 
-/// Beyond this many radii, triangles of one mesh are chosen by their power alone: the same things shadow all of them,
-/// and evaluating each would cost more than it saves. (With lights that are apart, the picture would be noisier: by
-/// half at twice the radius, with ten thousand of them.)
+/// Beyond this many radii, triangles of one mesh are chosen by their power alone: they are shadowed by the same
+/// objects, and evaluating each would cost more than it saves. (With separate lights, the image would have more noise:
+/// by half at twice the radius, with ten thousand of them.)
 const FAR: f64 = 2.0;
 
-/// Units of power of the whole tree, about: no more than a uniform number of 24 bits can tell apart. Each step down the
-/// tree uses up some of its bits, so that the rest reaches fewer units, evenly spread: as in any tree, a light of
-/// probability below 2⁻²⁴ may never be drawn from a given point.
+/// The approximate number of units of power in the whole tree: no more than a uniform number of 24 bits can
+/// distinguish. Each step down the tree uses up some of its bits, so that the rest reaches fewer units, evenly spread.
+/// As in any tree, a light of probability below 2⁻²⁴ may never be chosen from a given point.
 const UNITS: f64 = 8_388_608.0;
 
-/// A tree of groups, the largest one last, and its lights in order.
+/// A tree of groups, the root last, and its lights in order.
 #[derive(Default)]
 pub(super) struct Groups {
     all: Vec<Group>,
     pub(super) shares: Shares,
 }
 
-/// From this depth on lights are split in halves, so that no path down is longer than 31 steps.
+/// From this depth on, lights are split in halves, so that no path has more than 31 steps.
 fn balanced_from(lights: usize) -> u32 {
     31 - lights.next_power_of_two().trailing_zeros().min(31)
 }
@@ -31,7 +31,7 @@ impl Groups {
     /// The groups of some of the lights with these bounds.
     pub(super) fn new(bounds: &[LightBounds], mut lights: Vec<u32>) -> Groups {
         let mut groups = Groups::default();
-        // Only shares of power count, and these fit into f32 whatever the powers are.
+        // Only fractions of the power matter, and these are in the range of f32 for all powers.
         let greatest = bounds.iter().map(|b| b.power).fold(f64::MIN_POSITIVE, f64::max);
         let bounds: Vec<LightBounds> =
             bounds.iter().map(|b| LightBounds { power: b.power / greatest, ..*b }).collect();
@@ -44,12 +44,12 @@ impl Groups {
         groups
     }
 
-    /// Adds the group of some lights, `depth` steps down, and returns its index.
+    /// Adds the group of some lights, at `depth`, and returns its index.
     fn add(&mut self, bounds: &[LightBounds], lights: &mut [u32], units_of_power: f64, depth: u32) -> usize {
         let first = self.shares.len() as u32;
         let group = if let [light] = *lights {
             let own = bounds[light as usize];
-            // A light with power has at least one unit, or it would never be drawn.
+            // A light with power has at least one unit, or it would never be chosen.
             let units = if own.power > 0.0 { (own.power * units_of_power).round().max(1.0) } else { 0.0 };
             let (units, below) = (units as u32, Below::Light(light));
             let first_unit = self.shares.push(light, units);
@@ -85,7 +85,7 @@ impl Groups {
         })
     }
 
-    /// A node whose only child is everything, and the nodes below it.
+    /// A node whose only child is the whole tree, and the nodes below it.
     pub(super) fn nodes(&self) -> (Node, Vec<Node>) {
         let (mut top, mut nodes) = (Node::default(), Vec::new());
         if let Some(all) = self.all.last() {
@@ -94,8 +94,8 @@ impl Groups {
         (top, nodes)
     }
 
-    /// The link to a group: to a light, or to a node, which is added with all below it. A node replaces its children by
-    /// their children, starting with the most different ones, until it has eight.
+    /// The link to a group: to a light, or to a node, which is added with its whole subtree. A node replaces its
+    /// children by their children, starting with the most dissimilar ones, until it has eight.
     fn link(&self, group: &Group, nodes: &mut Vec<Node>) -> u32 {
         let (a, b) = match group.below {
             Below::Light(light) => return light | LEAF,
@@ -125,7 +125,7 @@ impl Groups {
     }
 }
 
-/// Where to split lights: sorts them along the best axis and returns how many go left.
+/// The split of lights: sorts them along the best axis and returns the number of those on the left.
 fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
     const BUCKETS: usize = 12;
     let half = lights.len() / 2;

@@ -3,8 +3,8 @@
 use super::node::{Node, WIDTH};
 use crate::math::{BELOW_ONE, LaneFloat, LaneMask, Uint};
 
-/// The least value of a child, unless it is zero, as a share of the greatest value among the children. Neither a sum of
-/// eight values nor a random number of 24 bits loses so much.
+/// The smallest value of a child above zero, relative to the greatest value of the children. Larger ones are not lost
+/// in a sum of eight values or in a random number of 24 bits.
 pub const LEAST_SHARE: f32 = 1.0 / 524_288.0;
 
 /// A choice among a node's children.
@@ -12,18 +12,18 @@ pub(super) struct Choice<F: LaneFloat> {
     pub(super) child: F::Uint,
     /// Its probability.
     pub(super) share: F,
-    /// The rest of the random number, uniform again.
+    /// The rest of the random number, again uniform.
     pub(super) u: F,
 }
 
 impl<F: LaneFloat> Choice<F> {
-    /// A choice among children with probabilities in proportion to these values, or equal ones where all are zero.
+    /// Chooses a child with probabilities in proportion to these values, or with equal ones if all are zero.
     ///
-    /// With `DRAWS` the child is drawn with `u`; otherwise it is the one that holds the light in a given place of the
-    /// tree's order.
+    /// With `DRAWS` the child is sampled with `u`; otherwise it is the one that contains the light at a given position
+    /// in the order of the tree.
     #[inline(always)]
     pub(super) fn new<const DRAWS: bool>(node: &Node, values: [F; WIDTH], u: F, light: F::Uint) -> Self {
-        // The ends of the children's intervals; the first begins at zero.
+        // The ends of the children's intervals; the first interval begins at zero.
         let [a, b, c, d, e, f, g, h] = values;
         let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
         let least = most * LEAST_SHARE;
@@ -40,7 +40,7 @@ impl<F: LaneFloat> Choice<F> {
             }
         }
         let end = ends[node.count - 1];
-        // Always below the end, even if the product rounds up to it. Adding all bits subtracts one.
+        // Always below the end, even if the product is rounded up to it. Adding all bits subtracts one.
         let last = F::from_bits(end.to_bits() + F::Uint::splat(u32::MAX));
         let at = (u * end).min(last);
         let (mut child, mut from, mut to) = (F::Uint::splat(0), F::zero(), ends[0]);

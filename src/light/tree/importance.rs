@@ -1,32 +1,32 @@
-//! Estimates of what lights contribute to a point.
+//! Estimates of the contribution of lights to a point.
 
-use super::node::{Node, Place};
+use super::node::{ChildIndex, Node};
 use crate::math::{LaneFloat, Mask, Vec3};
 
-/// The share of the spread that is added to the squared distance: the harmonic mean of |d|² over lights around a point
-/// is less than the mean. Among 0.1 to 0.45 this gave the least variance for slabs, ceilings, clusters, lines and cubes
-/// of 100 to 10,000 lights; 0.1 to 0.3 are within a tenth of it.
+/// The fraction of the spread that is added to the squared distance: the harmonic mean of |d|² over lights around a
+/// point is less than the mean. Among 0.1 to 0.45 this gave the least variance for slabs, ceilings, clusters, lines and
+/// cubes of 100 to 10,000 lights; results for 0.1 to 0.3 are within a tenth of it.
 pub const NEARNESS: f32 = 0.2;
 
-/// Lights that are far, and of which the cosine at each is at least this,
+/// Lights are distant, if they are far enough away, and if each cosine is at least this,
 pub const FACING: f32 = 0.3;
 
-/// or whose normals are within a cone whose half angle has at least this cosine: then distance and height are all
-/// that tells them apart.
+/// or if the cosine of the half angle of their cone of normals is at least this. Then they differ only by distance and
+/// height.
 pub const NARROW: f32 = 0.95;
 
-/// The greatest importance, so that the sum of eight is finite.
+/// The largest importance, for which the sum of eight is finite.
 pub const GREATEST: f32 = 1e37;
 
 /// The importance of a group of lights for a point.
 pub(super) struct Importance<F: LaneFloat> {
-    /// An estimate of the contribution, up to a common factor and without shadows; zero only if there is none.
+    /// An estimate of the contribution, up to a common factor and without occlusion; zero only if there is none.
     pub(super) value: F,
-    /// Whether the lights are so far that their shares of it hardly depend on the point.
+    /// Whether the lights are so distant that their relative contributions hardly depend on the point.
     pub(super) is_far: F::Mask,
 }
 
-/// Properties of all lights of a tree, by which evaluations can be left out.
+/// Properties of all lights of a tree, by which evaluations can be skipped.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Kinds {
     /// Whether some light has a normal, and so does not emit in all directions.
@@ -38,10 +38,10 @@ pub(super) struct Kinds {
 impl<F: LaneFloat> Importance<F> {
     /// The importance of a node's children for a point `p` on a surface with normal `n` that scatters on both sides.
     ///
-    /// For lights with the same spread in all directions, σ² in total, the mean of (n·d)² is (n·d̄)² + σ²/3 and that of
-    /// |d|² is d̄² + σ²; their quotient approximates the mean of cos². It is exact for a single point.
+    /// For lights with the same spread in all directions, σ² in total, the mean of (n·d)² is (n·d̄)² + σ²/3, and that
+    /// of |d|² is d̄² + σ²; their quotient approximates the mean of cos². It is exact for a single point.
     #[inline(always)]
-    pub(super) fn of(node: &Node, at: impl Place<F>, kinds: Kinds, p: Vec3<F>, n: Vec3<F>) -> Self {
+    pub(super) fn of(node: &Node, at: impl ChildIndex<F>, kinds: Kinds, p: Vec3<F>, n: Vec3<F>) -> Self {
         let least = F::splat(f32::MIN_POSITIVE);
         let from_centre = p - at.vector(&node.centre);
         let spread = at.number(&node.spread);
@@ -54,7 +54,7 @@ impl<F: LaneFloat> Importance<F> {
             return Importance { value: value.min(F::splat(GREATEST)), is_far: F::Mask::splat(false) };
         }
 
-        // θ_b: half the angle that the bounds fill as seen from p; π inside them.
+        // θ_b: half the angle that the bounds cover as seen from p; π inside them.
         let radius = at.number(&node.radius);
         let near2 = radius * radius;
         let inside = distance2.le(near2);
@@ -62,8 +62,8 @@ impl<F: LaneFloat> Importance<F> {
         let cos_b = F::select(inside, F::splat(-1.0), (-sin2_b + 1.0).max(F::zero()).sqrt());
         let sin_b = sin2_b.sqrt().only(!inside);
 
-        // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal (Pharr, Jakob and Humphreys 2023,
-        // §12.6.3).
+        // θ' = max(0, θ_w − θ_o − θ_b): the smallest angle between the direction to p and a normal (Pharr, Jakob and
+        // Humphreys 2023, §12.6.3).
         let w = from_centre * (F::splat(1.0) / distance2.max(least).sqrt());
         let cos_w = at.vector(&node.axis).dot(w);
         let sin_w = (-cos_w * cos_w + 1.0).max(F::zero()).sqrt();
@@ -75,7 +75,7 @@ impl<F: LaneFloat> Importance<F> {
         if !kinds.has_meshes {
             return Importance { value, is_far: F::Mask::splat(false) };
         }
-        // θ_w + θ_o + θ_b: the greatest angle. It is below 3π/2 where θ_o and θ_w are below π/2.
+        // θ_w + θ_o + θ_b: the largest angle. It is below 3π/2 if θ_o and θ_w are below π/2.
         let (cos_s, sin_s) = more(cos_o, sin_o, cos_b, sin_b);
         let (cos_s, _) = more(cos_s, sin_s, cos_w, sin_w);
         let acute = cos_o.gt(F::zero()) & cos_w.gt(F::zero());

@@ -3,44 +3,44 @@
 use super::group::Group;
 use crate::math::{LaneFloat, Vec3};
 
-/// Children of a node at most.
+/// The maximum number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// The bit of a link that leads to a light.
+/// The bit of a link to a light.
 pub const LEAF: u32 = 0x8000_0000;
 
-/// Up to eight children, a column each, in the order of the lights below them. Where there is no child, there is a
-/// light without power.
+/// Up to eight children, one column each, in the order of the lights below them. Unused places contain a light without
+/// power.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Node {
-    /// Mean place of the lights, by their power.
+    /// The mean position of the lights, weighted by power.
     pub(super) centre: [[f32; WIDTH]; 3],
-    /// Mean squared distance from there.
+    /// The mean squared distance from there.
     pub(super) spread: [f32; WIDTH],
     pub(super) power: [f32; WIDTH],
-    /// Greatest distance from the centre.
+    /// The greatest distance from the centre.
     pub(super) radius: [f32; WIDTH],
-    /// Axis of the cone of normals.
+    /// The axis of the cone of normals.
     pub(super) axis: [[f32; WIDTH]; 3],
-    /// Cosine of the cone's half angle,
+    /// The cosine of the cone's half angle.
     pub(super) cos_o: [f32; WIDTH],
-    /// and its sine.
+    /// The sine of the cone's half angle.
     pub(super) sin_o: [f32; WIDTH],
-    /// Cosine of the greatest angle between a normal and a direction of emission.
+    /// The cosine of the greatest angle between a normal and a direction of emission.
     pub(super) cos_e: [f32; WIDTH],
-    /// The square of the least distance from the centre at which the lights are far; infinite at leaves, and if the
-    /// lights are not all of one mesh or are too many to share units.
+    /// The square of the smallest distance from the centre at which the lights count as distant. Infinite at leaves,
+    /// and if the lights belong to different meshes or are too many to share units.
     pub(super) far2: [f32; WIDTH],
-    /// Index of a node, or of a light with [`LEAF`] set.
+    /// The index of a node, or of a light with [`LEAF`] set.
     pub(super) link: [u32; WIDTH],
-    /// The place of the first light below in the order of the tree.
+    /// The position of the first light below it in the order of the tree.
     pub(super) first: [u32; WIDTH],
-    /// Power in whole units, so that the lights of a node share it without rounding.
+    /// Power in whole units, which the lights of a node divide without rounding.
     pub(super) units: [u32; WIDTH],
     /// The first of these units.
     pub(super) first_unit: [u32; WIDTH],
-    /// How many children there are: eight at most.
+    /// The number of children, at most eight.
     pub(super) count: usize,
 }
 
@@ -88,7 +88,7 @@ impl Node {
         self.count += 1;
     }
 
-    /// The children, with links as they are.
+    /// The children, with their links unchanged.
     pub(super) fn children(&self) -> impl Iterator<Item = LightNode> + '_ {
         let at = |columns: &[[f32; WIDTH]; 3], i: usize| [0, 1, 2].map(|c: usize| columns[c][i]);
         (0..self.count).map(move |i| LightNode {
@@ -107,40 +107,40 @@ impl Node {
     }
 }
 
-/// One node of a [`super::LightTree`], for workers that keep the tree in another form.
+/// One node of a [`super::LightTree`], for workers that store the tree in another layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightNode {
-    /// Mean place of the lights, by their power.
+    /// The mean position of the lights, weighted by power.
     pub centre: [f32; 3],
-    /// Mean squared distance from the centre.
+    /// The mean squared distance from the centre.
     pub spread: f32,
-    /// Share of the power.
+    /// The fraction of the total power.
     pub power: f32,
-    /// Greatest distance from the centre.
+    /// The greatest distance from the centre.
     pub radius: f32,
-    /// Axis of the cone of normals.
+    /// The axis of the cone of normals.
     pub axis: [f32; 3],
-    /// Cosine of the cone's half angle.
+    /// The cosine of the cone's half angle.
     pub cos_o: f32,
-    /// Cosine of the greatest angle between a normal and a direction of emission.
+    /// The cosine of the greatest angle between a normal and a direction of emission.
     pub cos_e: f32,
-    /// Square of the distance from the centre beyond which the light is chosen by power alone, if the lights face the
-    /// point or their normals agree; infinite for lights that are not of one mesh.
+    /// The square of the distance from the centre beyond which lights are chosen by power alone, if they face the point
+    /// or their normals agree; infinite for lights of different meshes.
     pub far2: f32,
-    /// Whole units of power, for the choice among far lights.
+    /// Power in whole units, for the choice among distant lights.
     pub units: u32,
-    /// The place of its first light in the order of the tree.
+    /// The position of its first light in the order of the tree.
     pub first: u32,
-    /// Index of the first child, the others follow it, and from bit [`COUNT_FROM`] on one less than their number; or
-    /// the index of the light with [`LEAF`] set.
+    /// The index of the first child, which the others follow, with their number minus one from bit [`COUNT_FROM`] on;
+    /// or the index of the light with [`LEAF`] set.
     pub link: u32,
 }
 
 /// See [`LightNode::link`].
 pub const COUNT_FROM: u32 = 28;
 
-/// The child of each lane: the same one in all lanes, or another one in each.
-pub(super) trait Place<F: LaneFloat>: Copy {
+/// The child of each lane: the same one in all lanes, or a different one in each.
+pub(super) trait ChildIndex<F: LaneFloat>: Copy {
     fn number(self, column: &[f32; WIDTH]) -> F;
     #[inline(always)]
     fn vector(self, columns: &[[f32; WIDTH]; 3]) -> Vec3<F> {
@@ -148,18 +148,18 @@ pub(super) trait Place<F: LaneFloat>: Copy {
     }
 }
 
-impl<F: LaneFloat> Place<F> for usize {
+impl<F: LaneFloat> ChildIndex<F> for usize {
     #[inline(always)]
     fn number(self, column: &[f32; WIDTH]) -> F {
         F::splat(column[self])
     }
 }
 
-/// All eight, in eight lanes.
+/// All eight children, in eight lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Each;
 
-impl<F: LaneFloat> Place<F> for Each {
+impl<F: LaneFloat> ChildIndex<F> for Each {
     #[inline(always)]
     fn number(self, column: &[f32; WIDTH]) -> F {
         F::load(column)

@@ -1,27 +1,26 @@
-//! Lights in the order of their tree, each with whole units of power, and the search for the light of a given unit.
+//! Lights in the order of their tree, each with whole units of power, and the search for the light with a given unit.
 
 use crate::math::{LaneFloat, LaneMask, Uint};
 
-/// Lights and the units of each. The bucket of a unit gives the range of lights to search; few buckets hold more than
-/// two.
+/// Lights and the units of each. The bucket of a unit gives the range of lights to search; few buckets contain more
+/// than two.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shares {
     /// The lights, in the order of the tree's leaves.
     lights: Vec<u32>,
-    /// The first unit of each; behind the last light, how many there are.
+    /// The first unit of each light, followed by the number of units.
     first: Vec<u32>,
-    /// For each bucket the last light that begins where the bucket does or before; behind the last bucket, the last
-    /// light.
+    /// For each bucket, the last light that begins at or before the start of the bucket; followed by the last light.
     guide: Vec<u32>,
-    /// Buckets for each 2⁸ units.
+    /// The number of buckets per 2⁸ units.
     buckets: f32,
 }
 
-/// Buckets hold at least 2 to this power units, so that f32 tells all buckets apart.
+/// Buckets have at least 2 to this power units, so that f32 can distinguish all buckets.
 const LEAST_BITS: u32 = 8;
 
 impl Shares {
-    /// How many lights there are.
+    /// The number of lights.
     pub(super) fn len(&self) -> usize {
         self.lights.len()
     }
@@ -37,7 +36,7 @@ impl Shares {
         first
     }
 
-    /// Sorts the units into about two buckets a light, once all lights are there.
+    /// Distributes the units to about two buckets per light, once all lights have been added.
     pub(super) fn sort(&mut self) {
         let (Some(&units), lights) = (self.first.last(), self.lights.len()) else { return };
         let mut bits = LEAST_BITS;
@@ -57,16 +56,16 @@ impl Shares {
         self.buckets = 1.0 / (1_u32 << (bits - LEAST_BITS)) as f32;
     }
 
-    /// The light that has a unit, and how many units it has. Lanes outside the mask are unspecified.
+    /// The light that has a unit, and its number of units. Lanes outside the mask are unspecified.
     #[inline(always)]
-    pub(super) fn find<F: LaneFloat>(&self, unit: F::Uint, asks: F::Mask) -> (F::Uint, F::Uint) {
+    pub(super) fn find<F: LaneFloat>(&self, unit: F::Uint, active: F::Mask) -> (F::Uint, F::Uint) {
         let (one, all_bits) = (F::Uint::splat(1), F::Uint::splat(u32::MAX));
         let bucket = (unit.shr::<LEAST_BITS>().to_float() * self.buckets).to_uint();
         let mut low = F::Uint::gather(&self.guide, bucket);
         let mut high = F::Uint::gather(&self.guide, bucket + one);
-        // The last light that begins where the unit is, or before.
+        // The last light that begins at or before the unit.
         loop {
-            let open = asks & low.lt(high);
+            let open = active & low.lt(high);
             if !open.any() {
                 break;
             }
@@ -87,7 +86,7 @@ mod tests {
     use crate::math::lanes::scalar::Wrapping;
 
     #[test]
-    fn every_unit_belongs_to_the_light_whose_turn_it_is() {
+    fn every_unit_belongs_to_its_light() {
         let even = vec![1000; 144];
         let steep: Vec<u32> = (0..20).map(|i| 1 << i).collect();
         let mut sparse = vec![0; 300];

@@ -5,17 +5,18 @@ use super::{raised, reflect, same_side};
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
 use crate::math::{Float, Mask, Rgb, Vec3, function, value};
 
-/// Fresnel reflectance of unpolarised light at a conductor with the index of refraction η + i·k, relative to the outside.
+/// Fresnel reflectance of unpolarised light at a conductor with the index of refraction η + i·k, relative to the
+/// outside.
 ///
-/// `cos` in [0, 1] is the cosine of incidence (Born and Wolf 1999, §14.2). With q = √((η + i·k)² − sin²θ) = a + i·b the
-/// amplitudes are (cos θ − q)/(cos θ + q) and the same times (q·cos θ − sin²θ)/(q·cos θ + sin²θ), of which these are the
-/// squares.
+/// `cos` in [0, 1] is the cosine of incidence (Born and Wolf 1999, §14.2). With q = √((η + i·k)² − sin²θ) = a + i·b,
+/// the amplitudes are (cos θ − q)/(cos θ + q) and the same times (q·cos θ − sin²θ)/(q·cos θ + sin²θ); the code computes
+/// their squared magnitudes.
 #[inline(always)]
 pub fn fresnel_conductor<F: Float>(cos: F, eta: F, k: F) -> F {
     let (cos2, tiny) = (cos * cos, F::splat(f32::MIN_POSITIVE));
     let sin2 = -cos2 + 1.0;
     let (eta_k, difference) = (eta * k, (eta - k) * (eta + k) - sin2);
-    // |q|², and a: of a² and b² the larger is free of cancellation, and their product is (η·k)².
+    // |q|², and a. The larger of a² and b² is computed without cancellation, and their product is (η·k)².
     let square = (difference * difference + eta_k * eta_k * 4.0).sqrt();
     let larger = (square + difference.abs()) * 0.5;
     let a2 = F::select(difference.lt(F::zero()), eta_k * eta_k / larger.max(tiny), larger);
@@ -23,7 +24,7 @@ pub fn fresnel_conductor<F: Float>(cos: F, eta: F, k: F) -> F {
     let (near, far) = (square + cos2, square * cos2 + sin2 * sin2);
     let perpendicular = (near - twice) / (near + twice).max(tiny);
     let parallel = perpendicular * ((far - twice * sin2) / (far + twice * sin2).max(tiny));
-    // Of what reflects nothing rounding would leave less.
+    // For a surface that reflects nothing, rounding could give less than zero.
     ((perpendicular + parallel) * 0.5).max(F::zero())
 }
 
@@ -95,7 +96,7 @@ impl<F: Float> Bxdf<F> for SmoothMetal<F> {
 pub struct RoughMetal<F> {
     /// The metal.
     pub metal: Metal<F>,
-    /// The normals of its microfacets.
+    /// The distribution of its microfacets.
     pub normals: Ggx<F>,
 }
 
@@ -116,9 +117,9 @@ impl<F: Float> Bxdf<F> for RoughMetal<F> {
         let h = normals.sample(o, u);
         let cos = o.dot(h).max(F::zero()).min(F::splat(1.0));
         let i = h * (cos * 2.0) - o;
-        // What leaves below the surface met a second microfacet.
+        // A direction below the surface meets a second microfacet.
         let leaves = i.z.gt(F::zero()) & cos.gt(F::zero()) & o.z.gt(F::zero());
-        // F·G₂/G₁, as the density of visible normals is in f.
+        // F·G₂/G₁, because f contains the density of visible normals.
         let masked = normals.visibility(o, i) * i.z * 4.0 / normals.masking(o);
         BxdfSample {
             wi: Vec3::new(i.x, i.y, i.z.copysign(wo.z)),
@@ -146,7 +147,7 @@ impl<F: Float> Bxdf<F> for RoughMetal<F> {
 mod tests {
     use super::*;
 
-    /// A complex number, for Fresnel's amplitudes.
+    /// A complex number, for Fresnel amplitudes.
     #[derive(Clone, Copy)]
     struct Complex(f64, f64);
 
@@ -180,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn fresnel_of_conductors_is_that_of_complex_amplitudes() {
+    fn conductor_reflectance_matches_complex_amplitudes() {
         let mut worst = 0.0_f64;
         for eta in [0.001, 0.05, 0.2, 1.0, 1.5, 4.0, 40.0, 1000.0] {
             for k in [0.0, 0.01, 1.0, 3.5, 9.0, 1000.0] {
@@ -193,7 +194,7 @@ mod tests {
             }
         }
         assert!(worst < 2e-5, "{worst:e}");
-        // Grazing light is reflected, whatever the metal.
+        // At grazing incidence all light is reflected, whatever the metal.
         assert!((fresnel_conductor(0.0_f32, 0.2, 3.9) - 1.0).abs() < 1e-6);
         // Glass is a conductor that does not absorb.
         let glass = fresnel_conductor(0.7_f32, 1.5, 0.0) - super::super::fresnel_dielectric(0.7_f32, 1.5).0;

@@ -7,11 +7,11 @@ use crate::math::{Float, Mask, Rgb, Vec3, function, value};
 /// A smooth dielectric interface: Fresnel reflection and Snell refraction.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothDielectric<F> {
-    /// Index of refraction below the surface over that above it.
+    /// The index of refraction below the surface over that above it.
     pub ior: F,
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Rgb<F>,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Rgb<F>,
 }
 
@@ -19,8 +19,8 @@ value!(SmoothDielectric { ior, reflectance, transmittance });
 
 /// Fresnel reflectance of unpolarised light at a smooth dielectric, and the cosine of refraction.
 ///
-/// `cos_i` ≥ 0 is the cosine of incidence and `eta` the index of the far side over that of the near side.
-/// With total internal reflection it gives (1, 0) (Born and Wolf 1999, §1.5.2).
+/// `cos_i` ≥ 0 is the cosine of incidence and `eta` the index of the far side over that of the near side. For total
+/// internal reflection the result is (1, 0) (Born and Wolf 1999, §1.5.2).
 #[inline(always)]
 pub fn fresnel_dielectric<F: Float>(cos_i: F, eta: F) -> (F, F) {
     function!(F, fresnel_dielectric(cos_i, eta), {
@@ -32,7 +32,7 @@ pub fn fresnel_dielectric<F: Float>(cos_i: F, eta: F) -> (F, F) {
     })
 }
 
-/// The same by the cosines of incidence and refraction, both ≥ 0 and not both zero.
+/// The same from the cosines of incidence and refraction, both ≥ 0 and not both zero.
 #[inline(always)]
 pub(super) fn fresnel_by_cosines<F: Float>(cos_i: F, cos_t: F, eta: F) -> F {
     let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
@@ -61,15 +61,15 @@ impl<F: Float> Bxdf<F> for SmoothDielectric<F> {
     #[inline(always)]
     fn sample(&self, wo: Vec3<F>, _u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
         let [reflected, refracted] = self.branches(wo, mode);
-        let fresnel = reflected.chance;
+        let fresnel = reflected.probability;
         let reflects = lobe.lt(fresnel);
-        let chance = F::select(reflects, fresnel, -fresnel + 1.0);
-        // The chance of a branch is its Fresnel factor, which therefore cancels.
-        let transmitted = refracted.weight * (F::splat(1.0) / chance);
+        let probability = F::select(reflects, fresnel, -fresnel + 1.0);
+        // The probability of a branch is its Fresnel factor, which therefore cancels.
+        let transmitted = refracted.weight * (F::splat(1.0) / probability);
         BxdfSample {
             wi: Vec3::select(reflects, reflected.wi, refracted.wi),
             weight: Rgb::select(reflects, self.reflectance, transmitted),
-            pdf: chance,
+            pdf: probability,
             delta: F::Mask::splat(true),
             eta: F::select(reflects, F::splat(1.0), self.eta(wo)),
         }
@@ -85,8 +85,8 @@ impl<F: Float> Bxdf<F> for SmoothDielectric<F> {
         self.transmittance
     }
 
-    /// The reflected branch, then the refracted one, with Fresnel factors inside their weights. Where light cannot pass,
-    /// the refracted weight is black.
+    /// The reflected branch, then the refracted one, with Fresnel factors in their weights. With total internal
+    /// reflection, the refracted weight is black.
     #[inline(always)]
     fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [Branch<F>; 2] {
         let eta = self.eta(wo);
@@ -95,13 +95,13 @@ impl<F: Float> Bxdf<F> for SmoothDielectric<F> {
         let refracted = Vec3::new(-wo.x * scale, -wo.y * scale, -cos_t.copysign(wo.z));
         let through = -fresnel + 1.0;
         let transmitted = match mode {
-            // Radiance is squeezed into a smaller solid angle where it enters the denser side (Veach 1997, §5.2).
+            // Radiance is concentrated in a smaller solid angle on the denser side (Veach 1997, §5.2).
             TransportMode::Radiance => through * scale * scale,
             TransportMode::Importance => through,
         };
         [
-            Branch { wi: reflect(wo), weight: self.reflectance * fresnel, chance: fresnel },
-            Branch { wi: refracted, weight: self.transmittance * transmitted, chance: through },
+            Branch { wi: reflect(wo), weight: self.reflectance * fresnel, probability: fresnel },
+            Branch { wi: refracted, weight: self.transmittance * transmitted, probability: through },
         ]
     }
 }
@@ -126,7 +126,7 @@ mod tests {
     fn fresnel_at_normal_incidence_brewster_and_beyond_the_critical_angle() {
         let (r, cos_t) = fresnel_dielectric(1.0_f32, 1.5);
         assert!((r - 0.04).abs() < 1e-6 && (cos_t - 1.0).abs() < 1e-6);
-        // At Brewster's angle only perpendicular light is reflected: R = ½((1 − η²)/(1 + η²))².
+        // At Brewster's angle only perpendicularly polarised light is reflected: R = ½((1 − η²)/(1 + η²))².
         let cos_brewster = (1.0_f32 / (1.0 + 1.5 * 1.5)).sqrt();
         let expected = 0.5 * ((1.0 - 1.5_f32.powi(2)) / (1.0 + 1.5_f32.powi(2))).powi(2);
         assert!((fresnel_dielectric(cos_brewster, 1.5).0 - expected).abs() < 1e-6);
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn glass_obeys_snell_and_loses_nothing() {
+    fn glass_obeys_snell_and_conserves_energy() {
         let glass = SmoothDielectric { ior: 1.5_f32, reflectance: rgb(1.0), transmittance: rgb(1.0) };
         for cos in [0.9, 0.3, 0.05, -0.9, -0.8] {
             let wo = direction(cos, 0.2);
@@ -148,7 +148,7 @@ mod tests {
             assert!((sin(wo) - eta * sin(refracted)).abs() < 1e-6, "Snell at {cos}");
             assert!(refracted.z * wo.z < 0.0);
             assert!((refracted.length() - 1.0).abs() < 1e-6);
-            // Radiance changes by η² where it passes; flux does not.
+            // Refraction changes radiance by η², but not flux.
             assert!((fr.r + ft.r * eta * eta - 1.0).abs() < 1e-6);
             for lobe in [0.0, 0.999_999] {
                 let sample = glass.sample(wo, [0.5; 2], lobe, MODE);
@@ -156,7 +156,7 @@ mod tests {
                 assert!((sample.weight.r - expected).abs() < 1e-5);
             }
         }
-        // Past the critical angle everything is reflected.
+        // Beyond the critical angle all light is reflected.
         let sample = glass.sample(direction(-0.3, 0.2), [0.5; 2], 0.999_999, MODE);
         assert!(sample.wi.z < 0.0 && sample.weight.r == 1.0);
     }

@@ -1,25 +1,25 @@
-//! The GGX distribution of microfacets' normals.
+//! The GGX distribution of microfacet normals.
 
 use crate::math::{Float, Vec3, trig, value};
 use std::f32::consts::FRAC_1_PI;
 
-/// The least α. Below it single precision does not tell the normals of microfacets apart.
+/// The smallest α. Below it, single precision cannot distinguish the normals of microfacets.
 pub const LEAST_ALPHA: f32 = 1e-4;
 
-/// Cosines whose product is below about this scatter nothing: it keeps quotients finite.
+/// Directions whose cosines have a product below about this scatter nothing: it keeps quotients finite.
 const LEAST_PRODUCT: f32 = 1e-12;
 
-/// Below this a sum of two directions has no direction of its own.
+/// A sum of two directions that is shorter than this has no meaningful direction.
 pub(super) const LEAST_LENGTH: f32 = 1e-18;
 
-/// Slopes of microfacets as GGX has them (Trowbridge and Reitz 1975; Walter et al. 2007), with a width of its own along
-/// each tangent, and height-correlated masking by Smith's function (Heitz 2014, "Understanding the Masking-Shadowing
-/// Function in Microfacet-Based BRDFs", §5).
+/// The GGX distribution of slopes (Trowbridge and Reitz 1975; Walter et al. 2007), with one width along each tangent,
+/// and height-correlated masking by Smith's function (Heitz 2014, "Understanding the Masking-Shadowing Function in
+/// Microfacet-Based BRDFs", §5).
 ///
-/// Directions and normals are those above the surface, with z ≥ 0.
+/// Directions and normals are above the surface, with z ≥ 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Ggx<F> {
-    /// The widths along the tangents, [`LEAST_ALPHA`] to 1.
+    /// The widths along the tangents, from [`LEAST_ALPHA`] to 1.
     pub alpha: [F; 2],
 }
 
@@ -33,7 +33,7 @@ impl<F: Float> Ggx<F> {
         Vec3::new(w.x * along_s, w.y * along_t, w.z)
     }
 
-    /// D(h), the area of the microfacets of this normal per area of the surface and per steradian.
+    /// D(h), the area of the microfacets with this normal per area of the surface and per steradian.
     #[inline(always)]
     pub fn density(&self, h: Vec3<F>) -> F {
         let [along_s, along_t] = self.alpha;
@@ -49,21 +49,21 @@ impl<F: Float> Ggx<F> {
         F::splat(0.5) / (o * wi.z + i * wo.z).max(F::splat(LEAST_PRODUCT))
     }
 
-    /// G₁(wo)/cos θₒ, which is twice the visible area of a surface of normals over its area seen along `wo`.
+    /// G₁(wo)/cos θₒ: twice the visible area of the surface's microfacets over the surface's area as seen along `wo`.
     #[inline(always)]
     pub fn masking(&self, wo: Vec3<F>) -> F {
         F::splat(2.0) / (wo.z + self.stretched(wo).length())
     }
 
-    /// The normal of a microfacet that is seen along `wo`, by its share of what is seen, with `u` in [0, 1)² (Dupuy and
-    /// Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
+    /// The normal of a microfacet that is visible along `wo`, in proportion to its visible area, sampled with `u` in
+    /// [0, 1)² (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
     ///
     /// Its density by solid angle is [`Ggx::masking`]·(wo·h)·[`Ggx::density`].
     #[inline(always)]
     pub fn sample(&self, wo: Vec3<F>, u: [F; 2]) -> Vec3<F> {
         let seen = self.stretched(wo).normalized();
-        // On the hemisphere of slopes, a direction of the cap that mirrors see: its height is 1 − a, and 1 + (1 − a) is what
-        // 1 − seen.z and z are together. So nothing cancels.
+        // On the hemisphere of slopes, a direction of the spherical cap of reflected directions. Its height is 1 − a,
+        // and 1 + (1 − a) is the sum of 1 − seen.z and z, which avoids cancellation.
         let above = seen.z + 1.0;
         let (a, z) = (u[0] * above, (-u[0] + 1.0) * above);
         let sin = (a * ((seen.x * seen.x + seen.y * seen.y) / above + z)).sqrt();
@@ -72,8 +72,8 @@ impl<F: Float> Ggx<F> {
     }
 }
 
-/// The normal of the microfacets that reflect one direction into the other, both above the surface, and the cosine
-/// between it and each of them: half the length of their sum, which is the same both ways.
+/// The normal of the microfacets that reflect one direction into the other, both above the surface. Also the cosine
+/// between it and each of them: half the length of their sum, which is symmetric.
 #[inline(always)]
 pub(super) fn halfway<F: Float>(wo: Vec3<F>, wi: Vec3<F>) -> (Vec3<F>, F) {
     let sum = wo + wi;
@@ -93,14 +93,14 @@ mod tests {
         Vec3::new(w.x, w.y, w.z.abs())
     }
 
-    /// ∫ f over the normals above, in slopes that are stretched as the distribution is.
+    /// ∫ f over the normals above the surface, in slopes that are stretched as the distribution is.
     fn integral(ggx: &Ggx<f32>, f: impl Fn(Vec3<f32>) -> f32) -> f64 {
         let n = 1000;
         let mut sum = 0.0;
         for i in 0..n * n {
             let [b, turns] = [i / n, i % n].map(|i| (f64::from(i) + 0.5) / f64::from(n));
-            // tan²θ of a distribution of width one is a/(1 − a) of its share a of the normals. By b = √(1 − a) the
-            // steepest ones have a bounded part in the integral.
+            // For a distribution of width one, tan²θ at the quantile a is a/(1 − a). With b = √(1 − a) the integrand of
+            // the steepest normals is bounded.
             let tan = (1.0 - b * b).sqrt() / b;
             let (x, y) = (tan * (TAU * turns).cos(), tan * (TAU * turns).sin());
             let slope = Vec3::splat([x as f32, y as f32, 1.0]);
@@ -110,10 +110,10 @@ mod tests {
         sum / f64::from(n * n)
     }
 
-    /// The projected area of all normals is that of the surface, seen from above and from anywhere else (Heitz 2014,
-    /// equations 2 and 14).
+    /// The projected area of all normals is that of the surface, seen from above and from any other direction (Heitz
+    /// 2014, equations 2 and 14).
     #[test]
-    fn normals_have_the_area_of_the_surface() {
+    fn projected_normals_have_the_area_of_the_surface() {
         let stream = &mut Stream::new(70, 0, 0);
         for alpha in [[1.0, 1.0], [0.3, 0.3], [0.01, 0.01], [0.05, 0.6], [1.0, 0.002]] {
             let ggx = Ggx { alpha };
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_that_are_drawn_face_the_direction_and_have_length_one() {
+    fn sampled_normals_face_the_direction_and_have_length_one() {
         let stream = &mut Stream::new(71, 0, 0);
         for _ in 0..200_000 {
             let alpha = [(); 2].map(|()| LEAST_ALPHA.powf(stream.random::<f32>()));

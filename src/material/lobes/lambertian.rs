@@ -6,10 +6,10 @@ use crate::math::{Float, Mask, Rgb, Vec3, value};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
-/// Scatters evenly on the side that the light came from (report §4.3.1.1): f = R/π.
+/// Uniform scattering on the side of the incident light (report §4.3.1.1): f = R/π.
 #[derive(Clone, Copy, Debug)]
 pub struct Lambertian<F> {
-    /// The fraction reflected.
+    /// The reflectance.
     pub reflectance: Rgb<F>,
 }
 
@@ -25,7 +25,7 @@ impl<F: Float> Bxdf<F> for Lambertian<F> {
     fn sample(&self, wo: Vec3<F>, u: [F; 2], _lobe: F, _mode: TransportMode) -> BxdfSample<F> {
         let up = warp::cosine_hemisphere(u);
         let wi = Vec3::new(up.x, up.y, up.z.copysign(wo.z));
-        // f·cos/pdf = (R/π)·cos / (cos/π). The report's program leaves π out of f.
+        // f·cos/pdf = (R/π)·cos / (cos/π). The report's program omits π in f.
         let (pdf, delta) = (warp::cosine_hemisphere_pdf(up.z), F::Mask::splat(false));
         BxdfSample { wi, weight: self.reflectance, pdf, delta, eta: F::splat(1.0) }
     }

@@ -1,4 +1,4 @@
-//! The lobes that materials are made of, one file for each, and their combinations.
+//! The lobes of materials, one file each, and their combinations.
 
 mod conductor;
 mod dielectric;
@@ -34,7 +34,7 @@ fn reflect<F: Float>(w: Vec3<F>) -> Vec3<F> {
     Vec3::new(-w.x, -w.y, w.z)
 }
 
-/// A direction as if it were above the surface.
+/// A direction reflected to the upper side if it is below the surface.
 #[inline(always)]
 fn raised<F: Float>(w: Vec3<F>) -> Vec3<F> {
     Vec3::new(w.x, w.y, w.z.abs())

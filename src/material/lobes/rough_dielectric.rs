@@ -6,40 +6,40 @@ use super::{raised, same_side};
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
 use crate::math::{Float, Mask, Rgb, Vec3, value};
 
-/// A rough dielectric interface (Walter et al. 2007, §5): each microfacet reflects by Fresnel's share and refracts the
-/// rest. Light that meets a second microfacet is lost.
+/// A rough dielectric interface (Walter et al. 2007, §5): each microfacet reflects the Fresnel fraction of light and
+/// refracts the rest. Light that meets a second microfacet is lost.
 ///
-/// [`Bxdf::eval`] is the same for both modes: as light that goes along a path from a light swaps its arguments, it is
-/// the scattering function itself, of which f(wo, wi)/n(wo)² = f(wi, wo)/n(wi)² holds.
+/// [`Bxdf::eval`] is the same for both modes, because light along a path from a light swaps its arguments. It is the
+/// scattering function itself, for which f(wo, wi)/n(wo)² = f(wi, wo)/n(wi)² holds.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric<F> {
-    /// Index of refraction below the surface over that above it, which is not one.
+    /// The index of refraction below the surface over that above it, which is not one.
     pub ior: F,
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Rgb<F>,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Rgb<F>,
-    /// The normals of its microfacets.
+    /// The distribution of its microfacets.
     pub normals: Ggx<F>,
 }
 
 value!(RoughDielectric { ior, reflectance, transmittance, normals });
 
-/// A microfacet that sends one direction into another, seen from the side of the first.
+/// A microfacet that scatters one direction into another, seen from the side of the first.
 struct Facet<F: Float> {
-    /// The directions as if the first were above the surface.
+    /// The directions, mirrored so that the first is above the surface.
     o: Vec3<F>,
     i: Vec3<F>,
     reflects: F::Mask,
     /// The microfacet's normal, above the surface.
     h: Vec3<F>,
-    /// Whether it faces both directions as it must.
+    /// Whether it faces both directions as required.
     faces: F::Mask,
     /// Its Fresnel reflectance.
     fresnel: F,
-    /// |dh/dwi|, of refraction.
+    /// |dh/dwi| of refraction.
     per_normal: F,
-    /// Index of refraction of the far side over the near side.
+    /// The index of refraction of the far side over that of the near side.
     eta: F,
 }
 
@@ -68,7 +68,8 @@ impl<F: Float> RoughDielectric<F> {
         let zero = F::zero();
         let faces = cos_o.gt(zero) & ((reflects & cos_i.gt(zero)) | (!reflects & cos_i.lt(zero)));
         let (reflected, _) = fresnel_dielectric(cos_o.max(zero).min(one), eta);
-        // Near the critical angle the cosine of refraction is better known by the direction than by that of incidence.
+        // Close to the critical angle, the cosine of refraction is more accurate from the direction than from the angle
+        // of incidence.
         let refracted = fresnel_by_cosines(cos_o, cos_i.abs(), eta);
         let fresnel = F::select(reflects, reflected, refracted);
         let per_normal = RoughDielectric::per_normal(cos_o, cos_i, eta);
@@ -97,12 +98,12 @@ impl<F: Float> Bxdf<F> for RoughDielectric<F> {
         let (fresnel, cos_t) = fresnel_dielectric(cos, eta);
         let reflects = lobe.lt(fresnel);
         let reflected = h * (cos * 2.0) - o;
-        // Into a much thinner medium the difference cancels, and its length is off.
+        // Into a much thinner medium the difference cancels, and its length is inaccurate.
         let refracted = (h * (cos / eta - cos_t) - o * (one / eta)).normalized();
         let i = Vec3::select(reflects, reflected, refracted);
-        // What leaves on the other side than its microfacet sends it to met a second one.
+        // A direction on the other side than that of its microfacet meets a second one.
         let leaves = ((reflects & i.z.gt(zero)) | (!reflects & i.z.lt(zero))) & cos.gt(zero) & o.z.gt(zero);
-        // G₂/G₁: the shares of Fresnel and of visible normals cancel.
+        // G₂/G₁: the Fresnel factor and the density of visible normals cancel.
         let masked = normals.visibility(o, raised(i)) * i.z.abs() * 4.0 / normals.masking(o);
         let squeezed = match mode {
             TransportMode::Radiance => masked / (eta * eta),

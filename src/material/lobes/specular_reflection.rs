@@ -4,10 +4,10 @@ use super::reflect;
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
 use crate::math::{Float, Mask, Rgb, Vec3, value};
 
-/// Reflects perfectly on both sides (report §4.3.1.2).
+/// Perfect reflection on both sides (report §4.3.1.2).
 #[derive(Clone, Copy, Debug)]
 pub struct SpecularReflection<F> {
-    /// The fraction reflected.
+    /// The reflectance.
     pub reflectance: Rgb<F>,
 }
 

@@ -4,27 +4,28 @@ use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
 use crate::math::lanes::Value;
 use crate::math::{BELOW_ONE, Float, Rgb, Vec3};
 
-/// Scatters by both of two lobes: f = f₁ + f₂. A direction is drawn from the first lobe with the probability c and from
-/// the second with 1 − c, so that its density is c·p₁ + (1 − c)·p₂, where p₁ and p₂ are the densities of the lobes (the
-/// one-sample model of Veach 1997, §9.2.4).
+/// The sum of two lobes: f = f₁ + f₂. A direction is sampled from the first lobe with probability c and from the second
+/// with 1 − c. Its density is c·p₁ + (1 − c)·p₂, where p₁ and p₂ are the densities of the lobes (the one-sample model
+/// of Veach 1997, §9.2.4).
 ///
-/// At least one lobe is smooth, so that there are no [`Bxdf::branches`]. A sum of sums has more than two lobes.
+/// At least one lobe is not a delta lobe, so that there are no [`Bxdf::branches`]. A sum of sums has more than two
+/// lobes.
 #[derive(Clone, Copy, Debug)]
 pub struct Sum<F, A, B> {
     first: A,
     second: B,
-    chance: F,
+    probability: F,
 }
 
 impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Sum<F, A, B> {
     const HAS_A_SMOOTH_LOBE: () =
         assert!(A::HAS_NON_DELTA || B::HAS_NON_DELTA, "one of the lobes must not be a delta");
 
-    /// The sum of two lobes, the first of which gets this share, in [0, 1], of the samples.
+    /// The sum of two lobes, of which the first is sampled with this probability, in [0, 1].
     #[inline(always)]
-    pub fn new(first: A, second: B, chance: F) -> Self {
+    pub fn new(first: A, second: B, probability: F) -> Self {
         let () = Self::HAS_A_SMOOTH_LOBE;
-        Sum { first, second, chance }
+        Sum { first, second, probability }
     }
 }
 
@@ -39,22 +40,22 @@ impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
 
     #[inline(always)]
     fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
-        let is_first = lobe.lt(self.chance);
-        let rest = -self.chance + 1.0;
-        // Within the share of a lobe the number is uniform again. Rounding must not take it to one.
-        let of_first = (lobe / self.chance).min(F::splat(BELOW_ONE));
-        let of_second = ((lobe - self.chance) / rest).min(F::splat(BELOW_ONE));
+        let is_first = lobe.lt(self.probability);
+        let rest = -self.probability + 1.0;
+        // Within the interval of a lobe the number is rescaled and again uniform. Rounding must not take it to one.
+        let of_first = (lobe / self.probability).min(F::splat(BELOW_ONE));
+        let of_second = ((lobe - self.probability) / rest).min(F::splat(BELOW_ONE));
         let first = self.first.sample(wo, u, of_first, mode);
         let second = self.second.sample(wo, u, of_second, mode);
         let sample = BxdfSample::blend(is_first, first, second);
-        // The other lobe does not scatter into the direction of a delta; into other directions both may.
-        let chosen = F::select(is_first, self.chance, rest);
+        // The other lobe does not scatter into the direction of a delta lobe; in other directions both may.
+        let chosen = F::select(is_first, self.probability, rest);
         let pdf = self.pdf(wo, sample.wi);
         let f = match mode {
             TransportMode::Radiance => self.eval(wo, sample.wi, mode),
             TransportMode::Importance => self.eval(sample.wi, wo, mode),
         };
-        // Along the surface a density may be zero, where f·|cos θ| is zero too. NaN stays, to be counted.
+        // At grazing directions a density may be zero, where f·|cos θ| is zero too. NaN is kept, so that it is counted.
         let both = (f * (sample.wi.z.abs() / pdf)).only(!pdf.le(F::zero()));
         BxdfSample {
             weight: Rgb::select(sample.delta, sample.weight * (F::splat(1.0) / chosen), both),
@@ -65,7 +66,7 @@ impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
 
     #[inline(always)]
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
-        self.first.pdf(wo, wi) * self.chance + self.second.pdf(wo, wi) * (-self.chance + 1.0)
+        self.first.pdf(wo, wi) * self.probability + self.second.pdf(wo, wi) * (-self.probability + 1.0)
     }
 
     #[inline(always)]
@@ -84,10 +85,11 @@ mod tests {
 
     const MODE: TransportMode = TransportMode::Radiance;
     const DRAWS: u32 = 200_000;
-    /// A mean of so many draws is further from its expectation than this, in standard errors, with probability 10⁻⁶.
+    /// The mean of this many samples differs from its expectation by more than this, in standard errors, with
+    /// probability 10⁻⁶.
     const SIGMAS: f64 = 4.9;
 
-    /// Every direction of the hemisphere alike: f = 0.2/π.
+    /// Uniform over the hemisphere: f = 0.2/π.
     #[derive(Clone, Copy)]
     struct Even;
 
@@ -122,7 +124,7 @@ mod tests {
         Vec3::new(0.48, -0.36, -0.8)
     }
 
-    /// How far the mean of a function of three uniform numbers is from what is expected, in standard errors.
+    /// The difference between the mean of a function of three uniform numbers and its expectation, in standard errors.
     fn off(expected: f64, seed: u32, draw: impl Fn([f32; 3]) -> f32) -> f64 {
         let mut stream = Stream::new(seed, 0, 0);
         let (mut sum, mut squares) = (0.0, 0.0);
@@ -137,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sum_scatters_what_both_lobes_scatter() {
+    fn a_sum_scatters_the_light_of_both_lobes() {
         let sum = Sum::new(matte(), Even, 0.3);
         for wi in [Vec3::new(0.6, 0.0, -0.8), Vec3::new(0.6, 0.0, 0.8)] {
             let expected = matte().eval(wo(), wi, MODE) + Even.eval(wo(), wi, MODE);
@@ -148,30 +150,30 @@ mod tests {
 
     #[test]
     fn the_density_of_a_sum_integrates_to_one() {
-        let over_the_sphere = |chance: f32, scale: f32| {
-            let sum = Sum::new(matte(), Even, chance);
+        let over_the_sphere = |probability: f32, scale: f32| {
+            let sum = Sum::new(matte(), Even, probability);
             off(1.0, 1, |[u, v, _]| sum.pdf(wo(), warp::uniform_sphere([u, v])) * (4.0 * PI * scale))
         };
-        for chance in [0.0, 0.3, 0.9, 1.0] {
-            let z = over_the_sphere(chance, 1.0);
-            assert!(z.abs() < SIGMAS, "with a chance of {chance}, {z} σ");
+        for probability in [0.0, 0.3, 0.9, 1.0] {
+            let z = over_the_sphere(probability, 1.0);
+            assert!(z.abs() < SIGMAS, "with a probability of {probability}, {z} σ");
             // Negative control: densities 2% too high.
-            assert!(over_the_sphere(chance, 1.02).abs() > SIGMAS);
+            assert!(over_the_sphere(probability, 1.02).abs() > SIGMAS);
         }
     }
 
     #[test]
     fn directions_of_a_sum_follow_its_density() {
-        // The mean cosine is 2/3 for the matte lobe and 1/2 for the even one.
-        let mean = |chance: f64| chance * 2.0 / 3.0 + (1.0 - chance) / 2.0;
-        for (seed, chance) in [(2, 0.3), (3, 0.9)] {
-            let sum = Sum::new(matte(), Even, chance as f32);
+        // The mean cosine is 2/3 for the matte lobe and 1/2 for the uniform one.
+        let mean = |probability: f64| probability * 2.0 / 3.0 + (1.0 - probability) / 2.0;
+        for (seed, probability) in [(2, 0.3), (3, 0.9)] {
+            let sum = Sum::new(matte(), Even, probability as f32);
             let z = |expected| {
                 off(expected, seed, |[u, v, lobe]| sum.sample(wo(), [u, v], lobe, MODE).wi.z.abs())
             };
-            assert!(z(mean(chance)).abs() < SIGMAS, "{} σ", z(mean(chance)));
-            // Negative control: a share of the samples 5% too low.
-            assert!(z(mean(chance - 0.05)).abs() > SIGMAS);
+            assert!(z(mean(probability)).abs() < SIGMAS, "{} σ", z(mean(probability)));
+            // Negative control: a probability that is too low by 5%.
+            assert!(z(mean(probability - 0.05)).abs() > SIGMAS);
         }
     }
 
@@ -189,15 +191,15 @@ mod tests {
             assert!((sample.weight.r - expected).abs() < 1e-5, "{sample:?}, not {expected}");
             apart += u32::from((sample.weight.r - matte().reflectance.r).abs() > 1e-3);
         }
-        // Negative control: the weight of one lobe alone is another.
+        // Negative control: the weight of a single lobe differs.
         assert!(apart > 9000, "{apart} weights");
-        // Along the surface nothing is scattered.
+        // At grazing directions nothing is scattered.
         let along = Sum::new(matte(), matte(), 0.3).sample(wo(), [1.0, 0.0], 0.0, MODE);
         assert_eq!((along.pdf, along.weight), (0.0, Rgb::black()));
     }
 
     #[test]
-    fn a_delta_lobe_keeps_its_share_and_its_energy() {
+    fn a_delta_lobe_keeps_its_probability_and_energy() {
         let sum = Sum::new(mirror(), matte(), 0.25);
         let wi = Vec3::new(-0.48, 0.36, -0.8);
         let (mut deltas, n) = (0, 1000);
@@ -213,15 +215,16 @@ mod tests {
             }
         }
         assert_eq!(deltas, 250);
-        // The mirror is in no density.
+        // The mirror is not part of any density.
         assert_eq!(sum.eval(wo(), wi, MODE), matte().eval(wo(), wi, MODE));
     }
 
-    /// Scatters in proportion to the first coordinate of where light comes from, one and a half: f(wo, wi) ≠ f(wi, wo).
+    /// An asymmetric lobe: f(wo, wi) is proportional to 1.5 plus the first coordinate of the direction that light comes
+    /// from.
     #[derive(Clone, Copy)]
-    struct OneWay;
+    struct Asymmetric;
 
-    impl Bxdf<f32> for OneWay {
+    impl Bxdf<f32> for Asymmetric {
         fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
             Rgb::splat([0.1 * (1.5 + wi.x); 3]).only(same_side(wo, wi))
         }
@@ -237,8 +240,8 @@ mod tests {
     }
 
     #[test]
-    fn a_path_from_a_light_sees_the_function_with_swapped_directions() {
-        let sum = Sum::new(OneWay, OneWay, 0.5);
+    fn a_path_from_a_light_swaps_directions() {
+        let sum = Sum::new(Asymmetric, Asymmetric, 0.5);
         for mode in [TransportMode::Radiance, TransportMode::Importance] {
             let sample = sum.sample(wo(), [0.3, 0.6], 0.2, mode);
             let from = if mode == TransportMode::Radiance { sample.wi } else { wo() };
@@ -251,7 +254,7 @@ mod tests {
         }
     }
 
-    /// Has no density that is a number.
+    /// A lobe with a density of NaN.
     struct Broken;
 
     impl Bxdf<f32> for Broken {
@@ -270,11 +273,11 @@ mod tests {
     }
 
     #[test]
-    fn a_density_that_is_no_number_shows() {
+    fn a_density_of_nan_is_kept() {
         assert!(Sum::new(Broken, Broken, 0.5).sample(wo(), [0.3, 0.6], 0.2, MODE).weight.r.is_nan());
     }
 
-    /// Shows its number for the lobe as the x of a direction.
+    /// Returns its number for the lobe as the x coordinate of a direction.
     struct Number;
 
     impl Bxdf<f32> for Number {
@@ -294,11 +297,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_of_the_number_chooses_within_a_lobe() {
-        for chance in (0..=1000).map(|i| i as f32 / 1000.0) {
-            let number = |lobe| Sum::new(Number, Number, chance).sample(wo(), [0.5; 2], lobe, MODE).wi.x;
+    fn the_rescaled_number_chooses_within_a_lobe() {
+        for probability in (0..=1000).map(|i| i as f32 / 1000.0) {
+            let number = |lobe| Sum::new(Number, Number, probability).sample(wo(), [0.5; 2], lobe, MODE).wi.x;
             for lobe in [0.0, 0.25, 0.5, 0.75, BELOW_ONE] {
-                let expected = if lobe < chance { lobe / chance } else { (lobe - chance) / (1.0 - chance) };
+                let expected = if lobe < probability {
+                    lobe / probability
+                } else {
+                    (lobe - probability) / (1.0 - probability)
+                };
                 assert!((number(lobe) - expected).abs() < 1e-6 && (0.0..1.0).contains(&number(lobe)));
             }
         }

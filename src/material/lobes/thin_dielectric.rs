@@ -1,4 +1,4 @@
-//! Reflection and transmission at a sheet of a dielectric that is too thin to shift light.
+//! Reflection and transmission at a dielectric sheet that is too thin to displace light.
 
 use super::dielectric::fresnel_dielectric;
 use super::ggx::{Ggx, halfway};
@@ -6,21 +6,21 @@ use super::{raised, reflect, same_side};
 use crate::material::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 use crate::math::{Float, Mask, Rgb, Vec3, value};
 
-/// Two parallel interfaces, between which light goes to and fro.
+/// Two parallel interfaces with multiple reflections between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet<F> {
-    /// Index of refraction of the sheet over that around it.
+    /// The index of refraction of the sheet over that around it.
     pub ior: F,
-    /// Tint of what is reflected.
+    /// Tint of reflected light.
     pub reflectance: Rgb<F>,
-    /// Tint of what is transmitted.
+    /// Tint of transmitted light.
     pub transmittance: Rgb<F>,
 }
 
 value!(Sheet { ior, reflectance, transmittance });
 
 impl<F: Float> Sheet<F> {
-    /// The share of light that is reflected at a cosine of incidence: R + T²·R + T²·R³ + … = 2R/(1 + R).
+    /// The fraction of light reflected at a cosine of incidence: R + T²·R + T²·R³ + … = 2R/(1 + R).
     #[inline(always)]
     fn reflected(&self, cos: F) -> F {
         let (fresnel, _) = fresnel_dielectric(cos, self.ior);
@@ -28,7 +28,7 @@ impl<F: Float> Sheet<F> {
     }
 }
 
-/// A smooth sheet: light goes straight on, or is reflected.
+/// A smooth sheet: light passes straight through or is reflected.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothSheet<F> {
     /// The sheet.
@@ -77,18 +77,18 @@ impl<F: Float> Bxdf<F> for SmoothSheet<F> {
         let reflected = sheet.reflected(wo.z.abs().min(F::splat(1.0)));
         let through = -reflected + 1.0;
         [
-            Branch { wi: reflect(wo), weight: sheet.reflectance * reflected, chance: reflected },
-            Branch { wi: -wo, weight: sheet.transmittance * through, chance: through },
+            Branch { wi: reflect(wo), weight: sheet.reflectance * reflected, probability: reflected },
+            Branch { wi: -wo, weight: sheet.transmittance * through, probability: through },
         ]
     }
 }
 
-/// A rough sheet: light is spread by microfacets as by reflection, on both sides.
+/// A rough sheet: light is spread by microfacets as in reflection, on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughSheet<F> {
     /// The sheet.
     pub sheet: Sheet<F>,
-    /// The normals of its microfacets.
+    /// The distribution of its microfacets.
     pub normals: Ggx<F>,
 }
 
@@ -122,12 +122,12 @@ impl<F: Float> Bxdf<F> for RoughSheet<F> {
         let reflects = lobe.lt(reflected);
         let leaves = i.z.gt(zero) & cos.gt(zero) & o.z.gt(zero);
         let masked = normals.visibility(o, i) * i.z * 4.0 / normals.masking(o);
-        let chance = F::select(reflects, reflected, -reflected + 1.0);
+        let probability = F::select(reflects, reflected, -reflected + 1.0);
         let side = F::select(reflects, wo.z, -wo.z);
         BxdfSample {
             wi: Vec3::new(i.x, i.y, i.z.copysign(side)),
             weight: (Rgb::select(reflects, sheet.reflectance, sheet.transmittance) * masked).only(leaves),
-            pdf: (normals.density(h) * normals.masking(o) * 0.25 * chance).only(leaves),
+            pdf: (normals.density(h) * normals.masking(o) * 0.25 * probability).only(leaves),
             delta: F::Mask::splat(false),
             eta: one,
         }
@@ -138,8 +138,8 @@ impl<F: Float> Bxdf<F> for RoughSheet<F> {
         let (o, i) = (raised(wo), raised(wi));
         let (h, cos) = halfway(o, i);
         let reflected = self.sheet.reflected(cos);
-        let chance = F::select(same_side(wo, wi), reflected, -reflected + 1.0);
-        let pdf = self.normals.density(h) * self.normals.masking(o) * 0.25 * chance;
+        let probability = F::select(same_side(wo, wi), reflected, -reflected + 1.0);
+        let pdf = self.normals.density(h) * self.normals.masking(o) * 0.25 * probability;
         pdf.only(!(o.z * i.z).le(F::zero()))
     }
 

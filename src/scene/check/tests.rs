@@ -7,7 +7,7 @@ use crate::scene::{
 use crate::texture::Picture;
 use glam::DMat3;
 
-/// A scene of two materials, the second of them a checkerboard of the first, and of a sphere and a triangle.
+/// A scene of two materials, of which the second is a checkerboard of the first, a sphere and a triangle.
 fn good() -> Scene {
     let matte = MaterialKind::Matte(MatteParameters { reflectance: [0.5; 3], roughness: 0.0 });
     let mesh = Mesh {
@@ -26,7 +26,7 @@ fn good() -> Scene {
     }
 }
 
-/// Adds a picture of what is all around.
+/// Adds an environment picture.
 fn surround(scene: &mut Scene, change: fn(&mut EnvironmentPicture)) {
     scene.images.push(ImageFile::of("sky".into(), Arc::new(Picture::black())));
     let mut picture = EnvironmentPicture::of(ImageIndex(0));
@@ -56,13 +56,13 @@ fn remeshed(scene: &mut Scene, change: fn(&mut Mesh)) {
 }
 
 #[test]
-fn what_keeps_its_promises_is_passed_on() {
+fn valid_scenes_are_accepted() {
     assert_eq!(good().checked(), Ok(good()));
     assert_eq!(Scene::default().problems(), []);
 }
 
 #[test]
-fn every_kind_of_problem_is_found_alone() {
+fn every_kind_of_problem_is_reported_alone() {
     type Break = fn(&mut Scene);
     let cases: &[(Break, &str)] = &[
         (
@@ -71,11 +71,11 @@ fn every_kind_of_problem_is_found_alone() {
         ),
         (
             |s| s.materials[0].modifiers.back = Some(1),
-            "material 1 (\"white\"): it names material 2, which is not before it",
+            "material 1 (\"white\"): it names material 2, which does not precede it",
         ),
         (
             |s| s.materials[0].modifiers.bump_map = Some(Named),
-            "material 1 (\"white\"): bump_map must be there if a texture is named for it",
+            "material 1 (\"white\"): bump_map must be present if and only if a texture is named for it",
         ),
         (|s| s.film.width = 0, "the film: width must be from 1 to 65536, not 0"),
         (|s| s.film.height = 65_537, "the film: height must be from 1 to 65536, not 65537"),
@@ -95,7 +95,7 @@ fn every_kind_of_problem_is_found_alone() {
         ),
         (
             |s| (s.film.filter, s.film.mode) = (Filter::None, Some(FilmMode::Continuous)),
-            "the film: filter \"none\" takes",
+            "the film: filter \"none\" samples",
         ),
         (|s| s.camera.eye.y = f64::NAN, "the camera: eye must be"),
         (|s| s.camera.forward = DVec3::X * 2.0, "the camera: forward must have a length of 1, not 2e0"),
@@ -125,7 +125,7 @@ fn every_kind_of_problem_is_found_alone() {
         (|s| surround(s, |picture| picture.up *= 2.0), "the environment: up must have a length of 1"),
         (
             |s| s.materials[1] = board("board", 0, 1),
-            "material 2 (\"board\"): it names material 2, which is not before it",
+            "material 2 (\"board\"): it names material 2, which does not precede it",
         ),
         (|s| s.materials[0] = board("loop", 7, 7), "material 1 (\"loop\"): it names material 8"),
         (
@@ -134,7 +134,7 @@ fn every_kind_of_problem_is_found_alone() {
         ),
         (
             |s| s.textures.push(texture(Varying::Texture(0))),
-            "texture 1 (\"t\"): it names texture 1, which is not before it",
+            "texture 1 (\"t\"): it names texture 1, which does not precede it",
         ),
         (|s| s.textures.push(texture(Varying::Colour([-1.0; 3]))), "texture 1 (\"t\"): value must be from 0"),
         (
@@ -142,7 +142,7 @@ fn every_kind_of_problem_is_found_alone() {
                 s.textures.push(texture(Varying::Colour([1.0; 3])));
                 s.materials[1].textures.push(Textured { parameter: "checks_per_unit", texture: 0 });
             },
-            "material 2 (\"board\"): checks_per_unit can be no texture",
+            "material 2 (\"board\"): checks_per_unit cannot be a texture",
         ),
         (
             |s| s.entities[0].emission_texture = Some(0),
@@ -192,20 +192,20 @@ fn every_kind_of_problem_is_found_alone() {
         ),
         (
             |s| turned(s, DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0))),
-            "entity 2 (\"ramp\"): the transform makes everything flat",
+            "entity 2 (\"ramp\"): the transform is singular",
         ),
         (
             |s| turned(s, DMat3::from_diagonal(DVec3::splat(2e18))),
-            "entity 2 (\"ramp\"): the transform takes some of the mesh farther than 1e18",
+            "entity 2 (\"ramp\"): the transform moves some of the mesh farther than 1e18 from the origin",
         ),
         (
             |s| turned(s, DMat3::from_diagonal(DVec3::splat(1e-16))),
-            "entity 2 (\"ramp\"): the mesh is smaller than 1e-15 where it stands",
+            "entity 2 (\"ramp\"): the transformed mesh is smaller than 1e-15",
         ),
-        (|s| turned(s, DMat3::NAN), "entity 2 (\"ramp\"): the transform makes everything flat"),
+        (|s| turned(s, DMat3::NAN), "entity 2 (\"ramp\"): the transform is singular"),
         (
             |s| remeshed(s, |mesh| mesh.triangles[0][1] = 3),
-            "entity 2 (\"ramp\"): its mesh is none: triangle 0",
+            "entity 2 (\"ramp\"): its mesh is invalid: triangle 0",
         ),
         (
             |s| remeshed(s, |mesh| mesh.uv.push([0.0; 2])),
@@ -216,8 +216,8 @@ fn every_kind_of_problem_is_found_alone() {
         let mut scene = good();
         spoil(&mut scene);
         let problems = scene.checked().expect_err(message);
-        let told: Vec<String> = problems.iter().map(SceneProblem::to_string).collect();
-        assert!(told.iter().all(|told| told.starts_with(message)), "{message}: {told:?}");
+        let reported: Vec<String> = problems.iter().map(SceneProblem::to_string).collect();
+        assert!(reported.iter().all(|reported| reported.starts_with(message)), "{message}: {reported:?}");
     }
 }
 
@@ -229,14 +229,14 @@ fn parts_of_a_mesh_may_be_small() {
         Arc::make_mut(mesh).positions.iter_mut().flatten().for_each(|x| *x *= 1e-20);
     }
     assert_eq!(scene.problems(), []);
-    // In another place it is no part of the other.
+    // With another transform it is not a part of the same file.
     if let Shape::Mesh { transform, .. } = &mut scene.entities[2].shape {
         transform.translation = DVec3::X;
     }
-    let told: Vec<String> = scene.problems().iter().map(SceneProblem::to_string).collect();
+    let reported: Vec<String> = scene.problems().iter().map(SceneProblem::to_string).collect();
     assert!(
-        matches!(&told[..], [told] if told.starts_with("entity 3 (\"ramp\"): the mesh is smaller")),
-        "{told:?}"
+        matches!(&reported[..], [reported] if reported.starts_with("entity 3 (\"ramp\"): the transformed mesh is smaller")),
+        "{reported:?}"
     );
 }
 
@@ -249,6 +249,6 @@ fn checkerboards_nest_as_deep_as_the_limit() {
     assert_eq!(scene.problems(), []);
     scene.materials.push(board("too deep", MAX_NESTING, 0));
     scene.materials.push(board("deeper still", MAX_NESTING + 1, 0));
-    let told: Vec<String> = scene.problems().iter().map(SceneProblem::to_string).collect();
-    assert_eq!(told, ["material 18 (\"too deep\"): it is nested more than 16 deep"]);
+    let reported: Vec<String> = scene.problems().iter().map(SceneProblem::to_string).collect();
+    assert_eq!(reported, ["material 18 (\"too deep\"): it is nested more than 16 levels deep"]);
 }

@@ -1,15 +1,14 @@
-//! Choices that have names, in scene files and on command lines.
+//! Named choices, for scene files and command lines.
 
 use crate::scene::spelling;
 use std::mem::discriminant;
 
-/// A choice that has a name. Its list of names is all that there is of it: readers, schema, messages and the
-/// program's help follow it.
+/// A named choice. Readers, schema, messages and the program's help all follow its list of names.
 pub trait Choice: Copy + 'static {
-    /// The term for all of them: "integrator".
+    /// The term for the choice, such as "integrator".
     const WHAT: &'static str;
 
-    /// Each with its name, in the order in which messages list them.
+    /// All values with their names, in the order of messages.
     const NAMED: &'static [(&'static str, Self)];
 
     /// The names.
@@ -17,18 +16,18 @@ pub trait Choice: Copy + 'static {
         Self::NAMED.iter().map(|(name, _)| *name)
     }
 
-    /// The name, whatever else there is to the choice.
+    /// The name, without any parameters of the choice.
     fn name(self) -> &'static str {
         let found = Self::NAMED.iter().find(|(_, other)| discriminant(other) == discriminant(&self));
         found.map_or("?", |(name, _)| name)
     }
 
-    /// The choice of this name.
+    /// The choice with this name.
     fn find(name: &str) -> Option<Self> {
         Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, choice)| *choice)
     }
 
-    /// The choice of this name, or a message with the nearest name.
+    /// The choice with this name, or a message with the nearest name.
     fn of_name(name: &str) -> Result<Self, String> {
         Self::find(name).ok_or_else(|| {
             let message = spelling::unknown(Self::WHAT, name);
@@ -39,7 +38,7 @@ pub trait Choice: Copy + 'static {
         })
     }
 
-    /// The names in a sentence: "sobol or independent".
+    /// The names as text: "sobol or independent".
     fn listed() -> String {
         let names: Vec<&str> = Self::names().collect();
         match names.split_last() {

@@ -4,27 +4,27 @@ use crate::parameter::{Colour, ImageIndex, Number};
 use crate::texture::{ColorSpace, ImageTexture, TexelFilter, Wrap};
 use glam::DVec3;
 
-/// A picture of what is all around, infinitely far away: equirectangular, bilinear between the centres of its texels, around
-/// along its width and clamped at its upper and lower edge.
+/// An environment picture, infinitely far away: equirectangular, interpolated bilinearly between the centres of texels,
+/// periodic along its width and clamped at its upper and lower edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentPicture {
-    /// Its file among the images of the scene, which is none of tiles. 8 and 16 bits are taken for sRGB, floats for
-    /// linear.
+    /// The index of its file among the images of the scene; it must not consist of tiles. 8 and 16 bits are decoded
+    /// from sRGB, floats are linear.
     pub file: ImageIndex,
-    /// What its radiance is multiplied by.
+    /// The factor for its radiance.
     pub scale: Colour,
-    /// Radians by which it is turned about `up`, counter-clockwise seen from above.
+    /// The rotation about `up` in radians, counter-clockwise as seen from above.
     pub rotate: f64,
-    /// The direction to its upper edge, of length one. With +z and without rotation its middle column is seen along +x and
-    /// the quarter left of the middle along +y.
+    /// The direction of its upper edge, of unit length. With +z and without rotation, its centre column is in direction
+    /// +x, and the column a quarter left of the centre in direction +y.
     pub up: DVec3,
 }
 
 impl EnvironmentPicture {
-    /// Degrees that it may be turned by.
+    /// The range of the rotation, in degrees.
     pub const TURNS: Number = Number::between(-1e6, 1e6);
 
-    /// The picture of a file as it is, with up +z.
+    /// The picture of a file, without rotation, with up +z.
     pub fn of(file: ImageIndex) -> EnvironmentPicture {
         EnvironmentPicture { file, scale: [1.0; 3], rotate: 0.0, up: DVec3::Z }
     }

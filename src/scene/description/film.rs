@@ -1,4 +1,4 @@
-//! The picture's shape and how samples become pixels.
+//! The size of the image and its reconstruction from samples.
 
 use super::choice::Choice;
 use super::filter::Filter;
@@ -6,53 +6,53 @@ use crate::parameter::Number;
 use std::fmt;
 use std::str::FromStr;
 
-/// The most pixels in a row or in a column of a film.
+/// The maximum width and height of a film in pixels.
 pub const LONGEST_SIDE: u32 = 65_536;
 
-/// What the exposure may be, in stops.
+/// The range of the exposure, in stops.
 pub const EXPOSURES: Number = Number::between(-64.0, 64.0);
 
-/// The picture's shape and how samples become pixels.
+/// The size of the image and its reconstruction from samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
-    /// Pixels in a row, 1 to [`LONGEST_SIDE`].
+    /// Width in pixels, 1 to [`LONGEST_SIDE`].
     pub width: u32,
-    /// Rows, 1 to [`LONGEST_SIDE`].
+    /// Height in pixels, 1 to [`LONGEST_SIDE`].
     pub height: u32,
-    /// Exposure of PNG and window in stops: display values are radiance × 2^exposure.
+    /// Exposure of PNG files and the window in stops: display values are radiance × 2^exposure.
     pub exposure: f64,
-    /// The tone curve of PNG and window.
+    /// The tone curve of PNG files and the window.
     pub tone: Tone,
     /// The reconstruction filter.
     pub filter: Filter,
-    /// How samples are filtered; none leaves it to [`FilmMode::usual`].
+    /// How samples are filtered; `None` stands for [`FilmMode::usual`].
     pub mode: Option<FilmMode>,
 }
 
 impl FilmSettings {
-    /// How samples are filtered.
+    /// The effective mode.
     pub fn mode(&self) -> FilmMode {
         self.mode.unwrap_or(FilmMode::usual(self.filter))
     }
 
-    /// What is wrong with the filter in this mode.
+    /// The problem with the filter in this mode, if any.
     pub fn problem(&self) -> Option<&'static str> {
         match (self.mode(), self.filter) {
             (FilmMode::Importance, filter) if filter.has_negative_lobes() => Some(
-                "this filter is negative in places, and no sample can be drawn with a negative chance: it needs mode \"continuous\"",
+                "this filter has negative lobes, from which samples cannot be drawn: it needs mode \"continuous\"",
             ),
             (FilmMode::Continuous, Filter::None) => Some(
-                "filter \"none\" takes samples in pixel centres only: mode \"continuous\" needs a filter with a width",
+                "filter \"none\" samples only pixel centres: mode \"continuous\" needs a filter with a radius",
             ),
             (FilmMode::Continuous, filter) if filter.radius() < 0.5 => Some(
-                "samples would fall between the pixels: with mode \"continuous\" a filter's radius is at least 0.5",
+                "with mode \"continuous\" a filter's radius must be at least 0.5, or some samples would reach no pixel",
             ),
             _ => None,
         }
     }
 }
 
-/// What an empty scene file gives.
+/// The settings of an empty scene file.
 impl Default for FilmSettings {
     fn default() -> Self {
         let (tone, filter) = (Tone::default(), Filter::default());
@@ -63,14 +63,14 @@ impl Default for FilmSettings {
 /// How samples are filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilmMode {
-    /// Each pixel draws samples of its own from the filter, and all count the same (report §5.2.5).
+    /// Each pixel draws its own samples from the filter, with equal weights (report §5.2.5).
     Importance,
-    /// Samples are spread evenly over the film, and each lands on every pixel within the filter's reach.
+    /// Samples are distributed evenly over the film, and each contributes to every pixel within the filter's radius.
     Continuous,
 }
 
 impl FilmMode {
-    /// The mode of a film that doesn't say: what was measured to serve each filter best (see `docs/measurements.md`).
+    /// The default mode for a filter, which measurements favour (see `docs/measurements.md`).
     pub fn usual(filter: Filter) -> FilmMode {
         match filter {
             Filter::None | Filter::Box { .. } | Filter::Tent { .. } => FilmMode::Importance,
@@ -88,34 +88,34 @@ impl Choice for FilmMode {
 impl FromStr for FilmMode {
     type Err = String;
 
-    /// The mode of this name, as in a scene file.
+    /// The mode with this name in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         FilmMode::of_name(name)
     }
 }
 
-/// The name, as in a scene file.
+/// The name in a scene file.
 impl fmt::Display for FilmMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
-/// How linear values become the codes of 8-bit pictures and screens.
+/// The mapping from linear values to codes of 8-bit images and screens.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tone {
-    /// As they are, by the transfer function of IEC 61966-2-1, clipped at one.
+    /// The transfer function of IEC 61966-2-1, clipped at one.
     #[default]
     Srgb,
-    /// Through Narkowicz's fit of the ACES film curve first (<https://knarkowicz.wordpress.com>, "ACES Filmic Tone
-    /// Mapping Curve", 2016): dark tones gain contrast, and highlights roll off, to white at ten.
+    /// The ACES film curve as fitted by Narkowicz (<https://knarkowicz.wordpress.com>, "ACES Filmic Tone Mapping
+    /// Curve", 2016), before the transfer function: dark tones gain contrast, and highlights roll off to white at ten.
     Filmic,
-    /// Codes in proportion to the values, for looking at numbers in a window.
+    /// Codes in proportion to the values, for inspecting numbers in a window.
     Linear,
 }
 
 impl Tone {
-    /// All of them, in the order in which a viewer goes through them.
+    /// All curves, in the order of a viewer.
     pub const ALL: [Tone; 3] = [Tone::Srgb, Tone::Filmic, Tone::Linear];
 
     /// The name.
@@ -127,7 +127,7 @@ impl Tone {
     }
 }
 
-/// Those that a scene may choose; [`Tone::Linear`] is for windows alone.
+/// The curves for scenes; [`Tone::Linear`] is only for windows.
 impl Choice for Tone {
     const WHAT: &'static str = "tone curve";
     const NAMED: &'static [(&'static str, Self)] = &[("srgb", Tone::Srgb), ("filmic", Tone::Filmic)];
@@ -136,7 +136,7 @@ impl Choice for Tone {
 impl FromStr for Tone {
     type Err = String;
 
-    /// The tone curve of this name, as in a scene file.
+    /// The tone curve with this name in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         Tone::of_name(name)
     }

@@ -8,19 +8,19 @@ use std::str::FromStr;
 /// A reconstruction filter with its radius in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
-    /// Every sample through the pixel's centre.
+    /// Every sample is at the pixel's centre.
     None,
-    /// Equal weight within the radius (½: the pixel itself).
+    /// Constant within the radius (½: the pixel itself).
     Box {
         /// Half the filter's width in pixels.
         radius: f64,
     },
-    /// A triangle that falls to zero at the radius (1 by default).
+    /// A triangle that falls to zero at the radius (default 1).
     Tent {
         /// Half the filter's width in pixels.
         radius: f64,
     },
-    /// exp(−x²/2σ²), lowered so that it ends at zero.
+    /// exp(−x²/2σ²), shifted so that it ends at zero.
     Gaussian {
         /// Half the filter's width in pixels.
         radius: f64,
@@ -31,31 +31,31 @@ pub enum Filter {
     Mitchell {
         /// Half the filter's width in pixels.
         radius: f64,
-        /// B: 1 blurs.
+        /// B; larger values blur.
         b: f64,
-        /// C: 1 rings.
+        /// C; larger values ring.
         c: f64,
     },
-    /// The window of four cosines (Harris 1978).
+    /// The four-term cosine window (Harris 1978).
     BlackmanHarris {
         /// Half the filter's width in pixels.
         radius: f64,
     },
     /// sinc x · sinc(x/radius).
     Lanczos {
-        /// Half the filter's width in pixels, and how many lobes there are on each side.
+        /// Half the filter's width in pixels, which is the number of lobes on each side.
         radius: f64,
     },
 }
 
 impl Filter {
-    /// What the radius may be.
+    /// The range of radii.
     pub const RADII: Number = Number::positive(1e-6, 16.0);
 
-    /// What the standard deviation of [`Filter::Gaussian`] may be.
+    /// The range of the standard deviation of [`Filter::Gaussian`].
     pub const SIGMAS: Number = Number::between(0.05, 16.0);
 
-    /// What B and C of [`Filter::Mitchell`] may be.
+    /// The range of B and C of [`Filter::Mitchell`].
     pub const SHARES: Number = Number::between(0.0, 1.0);
 
     /// Half the filter's width in pixels.
@@ -71,7 +71,7 @@ impl Filter {
         }
     }
 
-    /// The same, stretched or cut off at another radius.
+    /// The same filter with another radius, stretched or truncated.
     pub fn with_radius(mut self, to: f64) -> Filter {
         match &mut self {
             Filter::None => {}
@@ -98,7 +98,7 @@ impl Default for Filter {
     }
 }
 
-/// Each with its usual radius.
+/// All filters with their default radii.
 impl Choice for Filter {
     const WHAT: &'static str = "filter type";
     const NAMED: &'static [(&'static str, Self)] = &[
@@ -115,13 +115,13 @@ impl Choice for Filter {
 impl FromStr for Filter {
     type Err = String;
 
-    /// The filter of this name with its usual radius, as in a scene file.
+    /// The filter with this name in a scene file, with its default radius.
     fn from_str(name: &str) -> Result<Self, String> {
         Filter::of_name(name)
     }
 }
 
-/// "tent 1", "gaussian 1.5, sigma 0.5": the name, the radius, and what else there is to it.
+/// "tent 1", "gaussian 1.5, sigma 0.5": the name, the radius, and any other parameters.
 impl fmt::Display for Filter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;

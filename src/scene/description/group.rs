@@ -1,24 +1,24 @@
-//! Groups of surfaces that are kept once and stand at many places.
+//! Groups of surfaces, which are stored once, and their instances.
 
 use glam::DAffine3;
 
-/// A group of surfaces, in a space of its own. The entities and instances in it name it by their `within`.
+/// A group of surfaces, in its own space. Its entities and instances refer to it by their field `within`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Group {
-    /// The name that instances use.
+    /// The name by which instances refer to it.
     pub name: String,
 }
 
-/// A group where it stands.
+/// An instance of a group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
-    /// The name that messages use.
+    /// The name in messages.
     pub name: String,
     /// Index of the group.
     pub group: usize,
-    /// From the group's space to the world, or to that of the group that it is within; it can be inverted.
+    /// The transform from the group's space to the world, or to that of the containing group; it must be invertible.
     pub transform: DAffine3,
-    /// Index of the group that it is a part of, which comes after its own; of none it stands in the world.
+    /// Index of the containing group, which must follow its own; `None` in the world.
     pub within: Option<usize>,
 }
 

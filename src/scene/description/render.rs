@@ -1,43 +1,43 @@
-//! How light is followed.
+//! The render settings.
 
 use super::choice::Choice;
 use crate::parameter::Colour;
 use std::fmt;
 use std::str::FromStr;
 
-/// What is wrong with following paths to any depth with this integrator, if it has no roulette to end them.
+/// The problem with unlimited paths with this integrator, if it has no Russian roulette.
 pub fn endless(integrator: Integrator, max_depth: u32) -> Option<&'static str> {
     (max_depth == UNLIMITED && integrator != Integrator::Path).then_some(
-        "max_depth can be \"unlimited\" only with integrator \"path\": no other plays Russian roulette",
+        "max_depth can be \"unlimited\" only with integrator \"path\": no other uses Russian roulette",
     )
 }
 
-/// As [`RenderSettings::max_depth`]: only Russian roulette ends paths.
+/// The value of [`RenderSettings::max_depth`] for which only Russian roulette ends paths.
 pub const UNLIMITED: u32 = u32::MAX;
 
-/// The largest limit of bounces beside [`UNLIMITED`].
+/// The maximum limit of bounces other than [`UNLIMITED`].
 pub const MOST_BOUNCES: u32 = 10_000;
 
-/// How light is followed.
+/// The render settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
     /// The integrator.
     pub integrator: Integrator,
-    /// Where its random numbers come from.
+    /// The source of random numbers.
     pub sampler: Sampler,
-    /// The largest number of bounces: 0 sees emitters only, [`UNLIMITED`] sees all.
+    /// The maximum number of bounces: with 0 only emission is visible; [`UNLIMITED`] sets no limit.
     pub max_depth: u32,
-    /// Samples a pixel, at least one.
+    /// Samples per pixel, at least one.
     pub samples: u32,
-    /// Whether samples are spent where the error is: then `samples` is the most that a pixel gets.
+    /// Whether sampling is adaptive; then `samples` is the maximum per pixel.
     pub adaptive: bool,
-    /// The seed of all randomness.
+    /// The seed of all random numbers.
     pub seed: u32,
-    /// The ambient term of `whitted`: radiance added at every diffuse hit, times its reflectance.
+    /// The ambient radiance of `whitted`: at every diffuse hit, it is multiplied by the reflectance and added.
     pub ambient: Colour,
 }
 
-/// What an empty scene file gives.
+/// The settings of an empty scene file.
 impl Default for RenderSettings {
     fn default() -> Self {
         RenderSettings {
@@ -52,15 +52,15 @@ impl Default for RenderSettings {
     }
 }
 
-/// How light is followed.
+/// The method by which light is traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrator {
     /// Recursive ray tracing (Whitted 1980; report ch. 2).
     Whitted,
-    /// The best unidirectional path tracer there is here.
+    /// The most efficient path tracer here.
     #[default]
     Path,
-    /// The report's path tracer (§4.3): lights are found by chance.
+    /// The report's path tracer (§4.3), which finds lights by chance.
     PathNaive,
 }
 
@@ -76,25 +76,25 @@ impl Choice for Integrator {
 impl FromStr for Integrator {
     type Err = String;
 
-    /// The integrator of this name, as in a scene file.
+    /// The integrator with this name in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         Integrator::of_name(name)
     }
 }
 
-/// The name, as in a scene file.
+/// The name in a scene file.
 impl fmt::Display for Integrator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
-/// Where random numbers come from.
+/// The source of random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampler {
-    /// Every number by itself: the error falls as 1/√n.
+    /// Independent random numbers: the error falls as 1/√n.
     Independent,
-    /// Scrambled Sobol points: each decision's numbers are spread evenly over the samples of a pixel.
+    /// Scrambled Sobol points: the numbers of each decision are evenly distributed over the samples of a pixel.
     #[default]
     Sobol,
 }
@@ -108,13 +108,13 @@ impl Choice for Sampler {
 impl FromStr for Sampler {
     type Err = String;
 
-    /// The sampler of this name, as in a scene file.
+    /// The sampler with this name in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         Sampler::of_name(name)
     }
 }
 
-/// The name, as in a scene file.
+/// The name in a scene file.
 impl fmt::Display for Sampler {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

@@ -25,7 +25,7 @@ fn of(text: &str) -> Fingerprint {
     Fingerprint::of(&loaded.scene, &loaded.sources)
 }
 
-/// The scene with one text in the place of another.
+/// The scene with one text replaced by another.
 fn with(from: &str, to: &str) -> Fingerprint {
     let text = SCENE.replacen(from, to, 1);
     assert_ne!(text, SCENE, "{from}");
@@ -33,14 +33,14 @@ fn with(from: &str, to: &str) -> Fingerprint {
 }
 
 #[test]
-fn what_changes_no_sample_changes_no_fingerprint() {
+fn irrelevant_changes_keep_the_fingerprint() {
     for (from, to) in [
         (
             "width = 64",
             "width = 0x40 # pixels\n exposure = 3\n tone = \"filmic\"\n filter = \"tent\"\n height = 480",
         ),
         ("seed = 7", "samples = 12\n max_depth = 5\n integrator = \"path\"\n seed = 7.0"),
-        // These a film names itself.
+        // Stored in films.
         ("width = 64", "width = 65\n filter = \"box\""),
         ("width = 64", "width = 64\n filter = \"mitchell\"\n mode = \"continuous\""),
         ("seed = 7", "seed = 8\n sampler = \"independent\"\n max_depth = 3"),
@@ -58,7 +58,7 @@ fn what_changes_no_sample_changes_no_fingerprint() {
 }
 
 #[test]
-fn what_every_material_may_have_counts() {
+fn modifiers_of_materials_change_the_fingerprint() {
     let textures =
         "[textures.t]\n type = \"constant\"\n value = 0.5\n [textures.u]\n type = \"constant\"\n value = 1";
     let texts = [
@@ -87,7 +87,7 @@ fn what_every_material_may_have_counts() {
 }
 
 #[test]
-fn everything_else_does_and_is_named() {
+fn relevant_changes_change_the_fingerprint_and_are_named() {
     let ours = of(SCENE);
     let mut seen = vec![ours.digits()];
     for (from, to, named) in [
@@ -109,11 +109,11 @@ fn everything_else_does_and_is_named() {
         ),
     ] {
         let other = with(from, to);
-        let told = |a: &Fingerprint, b: &Fingerprint| {
+        let reported = |a: &Fingerprint, b: &Fingerprint| {
             differing(&a.outline().expect("few parts"), &b.outline().expect("few parts"))
         };
-        assert_eq!(told(&ours, &other), named, "{to}");
-        assert_eq!(told(&other, &ours), named, "{to}");
+        assert_eq!(reported(&ours, &other), named, "{to}");
+        assert_eq!(reported(&other, &ours), named, "{to}");
         seen.push(other.digits());
     }
     let len = seen.len();
@@ -123,7 +123,7 @@ fn everything_else_does_and_is_named() {
 }
 
 #[test]
-fn textures_count_with_their_pictures_where_they_are_used() {
+fn used_textures_and_their_pictures_change_the_fingerprint() {
     let folder = tempfile::tempdir().expect("a folder");
     let picture = |name: &str, code: u8| {
         let path = folder.path().join(name);
@@ -151,13 +151,13 @@ fn textures_count_with_their_pictures_where_they_are_used() {
         assert_ne!(other.0, ours.0);
         assert_eq!(differing(&other.1, &ours.1), *named);
     }
-    // The same pixels under another name are the same.
+    // The same pixels under another name give the same digest.
     picture("b.png", 1);
     assert_eq!(of(&image("").replace("a.png", "b.png"), "\"wood\"").0, ours.0);
 }
 
 #[test]
-fn environment_pictures_count_by_what_is_in_them_and_how_they_are_turned() {
+fn environment_pictures_count_by_contents_and_orientation() {
     let folder = tempfile::tempdir().expect("a folder");
     let picture = |name: &str, code: u8| {
         let path = folder.path().join(name);
@@ -184,13 +184,13 @@ fn environment_pictures_count_by_what_is_in_them_and_how_they_are_turned() {
         assert_ne!(other.0, ours.0, "{keys}");
         assert_eq!(differing(&other.1, &ours.1), named, "{keys}");
     }
-    // The same picture under another name is the same.
+    // The same picture under another name gives the same digest.
     picture("b.png", 1);
     assert_eq!(of("file = \"b.png\"").0, ours.0);
 }
 
 #[test]
-fn textures_count_by_the_parameters_that_they_are() {
+fn textures_count_by_the_parameters_they_replace() {
     let of = |texture: &str| {
         let textures = format!(
             "[textures]\n inner = {{ type = \"constant\", value = 0.5 }}\n wood = {{ {texture} }}\n [render]"
@@ -231,8 +231,8 @@ fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
         "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 4]",
     ] {
         let other = with(sphere, shape);
-        let told = differing(&of(SCENE).outline().unwrap(), &other.outline().unwrap());
-        assert_eq!(told, "the shape of ball", "{shape}");
+        let reported = differing(&of(SCENE).outline().unwrap(), &other.outline().unwrap());
+        assert_eq!(reported, "the shape of ball", "{shape}");
         seen.push(other.digits());
     }
     let len = seen.len();
@@ -242,16 +242,16 @@ fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
 }
 
 #[test]
-fn groups_count_by_what_is_in_them_and_where_they_stand() {
+fn groups_count_by_contents_and_instances() {
     let of = |ball: &str, place: &str| {
         let instance = format!("[[instances]]\n name = \"it\"\n group = \"g\"\n {place}\n [render]");
         of(&SCENE.replacen("[[entities]]", ball, 1).replace("[render]", &instance))
     };
-    let told = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
+    let reported = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
     let ours = of("[[groups.g.entities]]", "");
     assert_eq!(of("[[groups.g.entities]]", "transform = { scale = [1, 1, 1] }").digits(), ours.digits());
     let moved = of("[[groups.g.entities]]", "transform = { translate = [0, 0, 1] }");
-    assert_eq!(told(&ours, &moved), "the place of it");
+    assert_eq!(reported(&ours, &moved), "the place of it");
     assert_ne!(of("[groups.g]\n [[entities]]", "").digits(), ours.digits());
 }
 
@@ -267,16 +267,16 @@ fn the_order_of_entities_counts_and_many_differences_are_counted() {
 }
 
 #[test]
-fn an_outline_has_its_limit_of_parts_and_of_bytes() {
+fn outlines_are_limited_in_parts_and_bytes() {
     assert!(with("ball", &"a".repeat(1000)).outline().is_some());
-    // Three of its parts are called so.
+    // Three of its parts have this name.
     assert!(with("ball", &"a".repeat(LONGEST_OUTLINE / 2)).outline().is_none());
     let many = |len: usize| Fingerprint { parts: vec![Part::new("", |_| ()); len] };
     assert!(many(MOST_LISTED).outline().is_some() && many(MOST_LISTED + 1).outline().is_none());
 }
 
 #[test]
-fn what_is_in_a_mesh_counts_and_not_what_its_file_is_called() {
+fn meshes_count_by_contents_and_not_by_file_name() {
     let folder = tempfile::tempdir().unwrap();
     let ply = |x: f32| {
         format!(
@@ -301,13 +301,14 @@ fn what_is_in_a_mesh_counts_and_not_what_its_file_is_called() {
     write("a.ply", &ply(2.0));
     let changed = of("a.ply");
     assert_ne!(changed.digits(), ours.digits());
-    let told = differing(&ours.outline().unwrap(), &changed.outline().unwrap());
-    assert!(told.ends_with("a.ply") && !told.contains("shape"), "{told}");
+    let reported = differing(&ours.outline().unwrap(), &changed.outline().unwrap());
+    assert!(reported.ends_with("a.ply") && !reported.contains("shape"), "{reported}");
 }
 
-/// Films of years ago are continued: the digits of a scene with every shape, material and light are what they were.
+/// Films of earlier versions can be continued: the digits of a scene with every shape, material and light have not
+/// changed.
 #[test]
-fn digits_stay_as_films_have_them() {
+fn digits_are_stable() {
     let folder = tempfile::tempdir().unwrap();
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
@@ -353,9 +354,9 @@ fn digits_stay_as_films_have_them() {
     assert_eq!(digits, "1c9ee8392e7e51b4c26a48b9ddbbb562b7acfb2d20ca45f4760e8233d6aee6b7");
 }
 
-/// Colours in an MTL file and numbers in a buffer are no less of the scene for standing in a third file.
+/// Colours in an MTL file and numbers in a buffer affect the fingerprint although they are in another file.
 #[test]
-fn what_mesh_files_name_in_their_turn_counts() {
+fn files_referenced_by_mesh_files_count() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
     let of = |shape: &str| {
@@ -367,7 +368,7 @@ fn what_mesh_files_name_in_their_turn_counts() {
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
         Fingerprint::of(&loaded.scene, &loaded.sources)
     };
-    let told = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
+    let reported = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
 
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 2 3 1\n";
     write("a.obj", obj.as_bytes());
@@ -376,11 +377,11 @@ fn what_mesh_files_name_in_their_turn_counts() {
         of("file = \"a.obj\", materials = \"file\"")
     };
     let ours = coloured("Kd 1 0 0");
-    // Negative controls: how a file says it, and what it says to those who don't ask.
+    // Negative controls: another spelling, and statements that are not used.
     assert_eq!(coloured("# scarlet\nKd 1.0 0 0").digits(), ours.digits());
     let unasked = of("file = \"a.obj\"");
-    assert_eq!(told(&ours, &coloured("Kd 0.5 0 0")), "the material of house: red");
-    assert_eq!(told(&ours, &coloured("Kd 1 0 0\nKe 1 1 1")), "the emission of house: red");
+    assert_eq!(reported(&ours, &coloured("Kd 0.5 0 0")), "the material of house: red");
+    assert_eq!(reported(&ours, &coloured("Kd 1 0 0\nKe 1 1 1")), "the emission of house: red");
     assert_eq!(of("file = \"a.obj\"").digits(), unasked.digits());
 
     let gltf = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
@@ -396,5 +397,5 @@ fn what_mesh_files_name_in_their_turn_counts() {
     };
     let ours = placed(1.0);
     assert_eq!(placed(1.0).digits(), ours.digits());
-    assert!(told(&ours, &placed(2.0)).ends_with("a.gltf"));
+    assert!(reported(&ours, &placed(2.0)).ends_with("a.gltf"));
 }

@@ -1,4 +1,4 @@
-//! The mesh files of a scene, each read once.
+//! The mesh files of a scene, each of which is read once.
 
 use super::{MeshFile, MeshFileError, Split};
 use crate::scene::fingerprint::Sources;
@@ -6,36 +6,36 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A progress display, which hears of a file the bytes read so far, and its length.
+/// A progress callback: the file, the bytes read so far, and the file's length.
 pub type Watch<'a> = &'a mut dyn FnMut(&Path, u64, u64);
 
-/// Mesh files by path and by the way in which they are split. Entities of one file share its meshes.
+/// Mesh files by path and by split. Entities of one file share its meshes.
 pub struct MeshCache<'w> {
     /// The folder that paths are relative to.
     folder: PathBuf,
     read: HashMap<(PathBuf, Split), Arc<MeshFile>>,
-    /// Those that cannot be read.
+    /// Unreadable files.
     unreadable: HashSet<PathBuf>,
-    /// Notes that were given out: a file that is split in two ways gives most of its notes twice.
+    /// Notes that were returned already: a file that is split in two ways yields most of its notes twice.
     noted: HashSet<(PathBuf, String)>,
     watch: Option<Watch<'w>>,
 }
 
-/// A mesh file, and the notes of it that are new.
+/// A mesh file, with its new notes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
     /// What is in the file.
     pub file: Arc<MeshFile>,
-    /// What was left out, repaired or approximated, with the path of the file; nothing that was given out before.
+    /// Omissions, repairs and approximations, with the path of the file; only those not returned before.
     pub notes: Vec<String>,
 }
 
 /// A mesh file that cannot be read.
 #[derive(Debug)]
 pub enum Unreadable {
-    /// Why, the first time.
+    /// The reason, at the first attempt.
     First(MeshFileError),
-    /// As it was told before.
+    /// The same reason, which has been reported.
     Again,
 }
 
@@ -58,7 +58,7 @@ impl<'w> MeshCache<'w> {
             return Ok(Found { file: Arc::clone(file), notes: Vec::new() });
         }
         let (path, split) = &key;
-        // One that cannot be read whole cannot be read in parts.
+        // A file that is unreadable as a whole is unreadable in parts, too.
         if self.unreadable.contains(path) {
             return Err(Unreadable::Again);
         }
@@ -74,7 +74,7 @@ impl<'w> MeshCache<'w> {
                 return Err(Unreadable::First(error));
             }
         };
-        // Other splits leave the file's materials to the scene's.
+        // With other splits, the file's materials are unused.
         let uses_materials = *split == Split::Materials;
         let notes = file.notes.iter().filter(|note| uses_materials || !note.is_of_material);
         let new = notes.filter(|note| self.noted.insert((path.clone(), note.message.clone())));
@@ -83,7 +83,7 @@ impl<'w> MeshCache<'w> {
         Ok(Found { file, notes })
     }
 
-    /// The meshes that were read, and where from.
+    /// The meshes that were read, with their sources.
     pub fn sources(&self) -> Sources {
         let mut sources = Vec::new();
         for ((path, _), file) in &self.read {
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_read_once_and_its_notes_are_given_out_once() {
+    fn a_file_and_its_notes_are_returned_once() {
         let folder = tempfile::tempdir().expect("a folder");
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng wall\nf 1 2 3\nf 1 2\n";
         std::fs::write(folder.path().join("wall.obj"), text).expect("written");
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_read_is_told_of_once() {
+    fn an_unreadable_file_is_reported_once() {
         let mut cache = MeshCache::new(Path::new("/nowhere"), None);
         assert!(matches!(cache.get("a.ply", Split::Whole), Err(Unreadable::First(_))));
         assert!(matches!(cache.get("a.ply", Split::Whole), Err(Unreadable::Again)));

@@ -28,7 +28,7 @@ use self::skin::Skins;
 use super::FileMaterial;
 use super::MeshFileError;
 use super::parts::Parts;
-use super::source::{BYTE_ORDER_MARK, Place, Read_, Source};
+use super::source::{BYTE_ORDER_MARK, FilePosition, Read_, Source};
 use std::io::BufRead;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
@@ -50,14 +50,14 @@ pub(super) fn read_binary<R: BufRead>(
     };
     let [magic, version, length] = [word(source)?, word(source)?, word(source)?];
     if magic != MAGIC {
-        return Err(source.whole("this is no binary glTF file: it does not begin with \"glTF\""));
+        return Err(source.whole("this is not a binary glTF file: it does not begin with \"glTF\""));
     }
     if version != 2 {
         return Err(source.whole(format!("this is glTF version {version}; version 2 is read")));
     }
     if u64::from(length) != source.len() {
-        let message = "the length in the header is not that of the file, and the file is read to its end";
-        parts.note(message, Some(Place::Byte(8)));
+        let message = "the length in the header differs from that of the file, which is read to its end";
+        parts.note(message, Some(FilePosition::Byte(8)));
     }
     let (mut text, mut binary) = (None, None);
     while source.left() >= 8 && (text.is_none() || binary.is_none()) {
@@ -65,14 +65,14 @@ pub(super) fn read_binary<R: BufRead>(
         if len > source.left() {
             let left = source.left();
             return Err(
-                source.at_byte(format!("a chunk of {len} bytes, but only {left} are left: it is cut off"))
+                source.at_byte(format!("a chunk of {len} bytes, but only {left} are left: it is truncated"))
             );
         }
         let bytes = source.bytes(len)?;
         match kind {
             JSON if text.is_none() => text = Some(bytes),
             BINARY if binary.is_none() => binary = Some(bytes),
-            // Others may follow, which are to be passed over.
+            // Further chunks may follow, and are skipped.
             _ => {}
         }
     }
@@ -101,7 +101,7 @@ fn read<R: BufRead>(
         .map_err(|Unfit { place, message }| MeshFileError { place, ..source.whole(message) })?;
     let mut buffers = Buffers::new(source.name(), binary, Room::new(source));
     read_document(&document, &mut buffers, parts).map_err(|fault| MeshFileError {
-        place: Some(Place::Item(fault.place)),
+        place: Some(FilePosition::Item(fault.place)),
         ..source.whole(fault.message)
     })
 }
@@ -116,7 +116,7 @@ fn read_document(
     let names = document.material_names();
     let mut skins = Skins::new(document);
     let mut is_used = vec![false; names.len()];
-    // The notes about a mesh are added once, however often it is placed.
+    // The notes about a mesh are added once, for any number of instances.
     let mut is_noted = vec![false; document.meshes.len()];
     for placed in place::meshes(document, parts)? {
         let (mesh, node) = (placed.mesh, &document.nodes[placed.node]);
@@ -130,7 +130,7 @@ fn read_document(
         let joints = node.skin.map(|skin| skins.joints(buffers, skin)).transpose()?;
         let copies = if joints.is_some() {
             if node.extensions.copies.is_some() {
-                let message = "copies of skinned meshes are left out, except one of each mesh";
+                let message = "only one copy of each skinned mesh is read";
                 parts.note(message, item(format_args!("nodes[{}]", placed.node)));
             }
             vec![placed.to_world]
@@ -174,7 +174,7 @@ fn read_document(
     }
     for (i, animation) in document.animations.iter().enumerate() {
         if !animation.channels.is_empty() {
-            let message = "animations are left out, and the rest pose is shown";
+            let message = "animations are left out; the rest pose is rendered";
             parts.note(message, item(format_args!("animations[{i}]")));
         }
     }

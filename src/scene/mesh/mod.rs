@@ -1,7 +1,7 @@
 //! Readers of mesh files, one file per format.
 //!
-//! They read a file once, from front to back, and keep nothing but the mesh. The promises of a header are believed
-//! only as far as the file is long.
+//! They read a file once, from front to back, and keep nothing but the mesh. Sizes in a header are checked against the
+//! length of the file.
 
 pub mod cache;
 mod file;
@@ -19,7 +19,7 @@ mod tests;
 pub use crate::shape::Mesh;
 pub use file::{FileMaterial, MeshFile, Split};
 pub use notes::Note;
-pub use source::{MeshFileError, Place, Watch};
+pub use source::{FilePosition, MeshFileError, Watch};
 
 use self::parts::Parts;
 use self::source::{Read_, Source, beside, open};
@@ -27,14 +27,14 @@ use std::collections::HashSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// Reads the mesh file at `path`; its extension says what it is: `.ply`, `.obj`, `.glb` or `.gltf`.
+/// Reads the mesh file at `path`. Its extension gives the format: `.ply`, `.obj`, `.glb` or `.gltf`.
 pub fn read(path: &Path, split: &Split, watch: Watch<'_>) -> Result<MeshFile, MeshFileError> {
     let (file, len) = open(path)?;
     parse(path, BufReader::with_capacity(1 << 16, file), len, split, watch)
 }
 
-/// Reads a mesh of `len` bytes. `name` is what errors call it; it says by its extension what it is, and other files
-/// that it names are looked for beside it.
+/// Reads a mesh of `len` bytes. `name` is used in errors; its extension gives the format, and files that it refers to
+/// are resolved relative to it.
 pub fn parse(
     name: &Path,
     input: impl BufRead,
@@ -56,12 +56,12 @@ pub fn parse(
         }
         "glb" => materials = gltf::read_binary(&mut source, &mut parts)?,
         "gltf" => materials = gltf::read_text(&mut source, &mut parts)?,
-        _ => return Err(source.whole("a mesh file is a .ply, an .obj, a .glb or a .gltf")),
+        _ => return Err(source.whole("unknown kind of mesh file; supported are .ply, .obj, .glb and .gltf")),
     }
     parts.finish(materials).map_err(|error| source.whole(error))
 }
 
-/// The materials of the libraries that an OBJ file names; notes say which libraries and which materials are not there.
+/// The materials of the libraries that an OBJ file refers to; notes list missing libraries and materials.
 fn libraries(name: &Path, names: &obj::Names, parts: &mut Parts<'_>) -> Read_<Vec<FileMaterial>> {
     let mut materials = Vec::new();
     for obj::Name { name: line, place } in &names.libraries {
@@ -69,10 +69,9 @@ fn libraries(name: &Path, names: &obj::Names, parts: &mut Parts<'_>) -> Read_<Ve
             let (file, len) = match open(&path) {
                 Ok(opened) => opened,
                 Err(error) => {
-                    let line = place.as_ref().map(Place::to_string).unwrap_or_default();
-                    let place = Place::Item(format!("{line}: {error}"));
-                    parts
-                        .note_of_material("material libraries that cannot be read are left out", Some(place));
+                    let line = place.as_ref().map(FilePosition::to_string).unwrap_or_default();
+                    let place = FilePosition::Item(format!("{line}: {error}"));
+                    parts.note_of_material("unreadable material libraries are ignored", Some(place));
                     continue;
                 }
             };
@@ -85,19 +84,19 @@ fn libraries(name: &Path, names: &obj::Names, parts: &mut Parts<'_>) -> Read_<Ve
     for obj::Name { name, place } in names.materials.iter().filter(|used| !known.contains(used.name.as_str()))
     {
         if !name.is_empty() {
-            parts.note_of_material("materials that are in no library are left to the scene", place.clone());
+            parts.note_of_material("materials missing from the libraries come from the scene", place.clone());
         }
     }
     let again = (materials.len() - known.len()) as u64;
-    parts.note_several("materials of a name that an earlier one has are not used", again, None);
+    parts.note_several("materials with a repeated name are ignored", again, None);
     Ok(materials)
 }
 
-/// The libraries that a line of an OBJ file names: one, in whose name there may be blanks or, if that is no file,
-/// several between blanks.
+/// The libraries in a line of an OBJ file: a single one, whose name may contain blanks, or several separated by blanks
+/// if there is no such file.
 fn libraries_beside(file: &Path, line: &str) -> Vec<PathBuf> {
     let whole = beside(file, line);
     let several: Vec<_> = line.split_ascii_whitespace().map(|name| beside(file, name)).collect();
-    // If there are none at all, the error is best about the whole.
+    // If none exists, the error is about the whole line.
     if !whole.is_file() && several.iter().any(|path| path.is_file()) { several } else { vec![whole] }
 }

@@ -1,33 +1,34 @@
 //! Wavefront MTL: colours, as matte, mirror and glass.
 //!
-//! The format describes how a program of 1990 shades, and exporters fill it in by habit. Its materials become these:
+//! The format describes the shading of a program of 1990, and exporters often fill it in mechanically. Its materials
+//! are converted by these rules:
 //!
-//! - **Glass** lets light through. Illumination models 4, 6, 7 and 9 say how transparency is rendered, not that
-//!   there is any: Maya writes model 4 for everything that it exports. It is glass if the material says so besides: by
-//!   an index `Ni` other than that of air, or by a filter `Tf` other than white, which Maya gives to what is opaque, and
-//!   black. With any model an opacity `d` below 0.5 is glass.
-//! - **Opacity** is `d` or, only where there is no `d`, 1 − `Tr`: exporters disagree which way round `Tr` is.
-//!   Between 0.5 and 1 it is taken for 1.
+//! - **Glass** transmits light. Illumination models 4, 6, 7 and 9 say how transparency is rendered, not that there is
+//!   any: Maya writes model 4 for everything that it exports. Such a material is glass only if another statement
+//!   confirms it: an index `Ni` other than that of air, or a filter `Tf` other than white and black, which Maya writes
+//!   for opaque materials. With any model, an opacity `d` below 0.5 makes glass.
+//! - **Opacity** is `d` or, only without `d`, 1 − `Tr`, as exporters disagree about the meaning of `Tr`. Opacities from
+//!   0.5 to 1 are taken for 1.
 //! - **Mirrors** reflect by their `Ks`: models 3, 5 and 8, and any where `Kd` is black.
-//! - All else is **matte**, of colour `Kd`; 0.8 if there is none.
+//! - All other materials are **matte** with the colour `Kd`, by default 0.8.
 
 use super::FileMaterial;
 use super::obj::{name_after, numbers, uncomment};
 use super::parts::Parts;
-use super::source::{Place, Read_, Source, number, number_or_nan, shown, words};
+use super::source::{FilePosition, Read_, Source, number, number_or_nan, shown, words};
 use crate::scene::description::{Colour, GlassParameters, MaterialKind, MatteParameters, MirrorParameters};
 use std::io::BufRead;
 
-/// A material as the statements of the file give it.
+/// A material with the statements of the file.
 #[derive(Clone)]
 struct Raw {
     name: String,
-    /// The line where it begins.
-    place: Option<Place>,
+    /// The line of its first statement.
+    place: Option<FilePosition>,
     diffuse: Option<Colour>,
     specular: Colour,
     emission: Colour,
-    /// True if a texture gives the places that emit, which are often few.
+    /// Whether a texture gives the emission, which is then often mostly black.
     has_emission_texture: bool,
     filter: Option<Colour>,
     ior: Option<f64>,
@@ -37,7 +38,7 @@ struct Raw {
 }
 
 impl Raw {
-    fn new(name: String, place: Option<Place>) -> Raw {
+    fn new(name: String, place: Option<FilePosition>) -> Raw {
         Raw {
             name,
             place,
@@ -53,7 +54,7 @@ impl Raw {
         }
     }
 
-    /// The material by the rules above, and notes of what they leave out of it.
+    /// The material by the rules above, with notes about losses.
     fn material(self, parts: &mut Parts<'_>) -> FileMaterial {
         let black = self.diffuse.is_some_and(|diffuse| diffuse == [0.0; 3]);
         let shiny = self.specular.iter().any(|&c| c > 0.0);
@@ -89,7 +90,7 @@ impl Raw {
                     note("highlights (Ks) are left out of matte materials");
                 }
                 if matches!(self.model, 4 | 6 | 7 | 9) {
-                    note("materials of a transparent illum (4, 6, 7, 9) that let no light through are matte");
+                    note("materials with a transparent illum (4, 6, 7, 9) but no transmission are matte");
                 }
                 MaterialKind::Matte(MatteParameters {
                     reflectance: self.diffuse.unwrap_or([0.8; 3]),
@@ -111,40 +112,40 @@ impl Raw {
     }
 }
 
-/// Clear glass of a tint; 1.5 where the file gives no index, or that of air.
+/// Clear glass with a tint; the index is 1.5 if the file gives none, or that of air.
 pub(super) fn glass(ior: Option<f64>, transmittance: Colour) -> MaterialKind {
     let ior = ior.and_then(index).unwrap_or(1.5);
     MaterialKind::Glass(GlassParameters { ior, reflectance: [1.0; 3], transmittance })
 }
 
-/// An index of refraction that is one, and not that of air.
+/// The index of refraction, if it is valid and not that of air.
 fn index(ior: f64) -> Option<f64> {
     (ior != 1.0 && (1e-3..=1e3).contains(&ior)).then_some(ior)
 }
 
-/// A reflectance: what is outside of 0 to 1 is no fraction.
+/// A reflectance, clamped to [0, 1].
 pub(super) fn fraction(c: [f64; 3]) -> Colour {
     c.map(|x| clamped(x, 1.0))
 }
 
-/// Radiance, as far as the film holds it.
+/// Radiance, clamped to the film's range.
 pub(super) fn radiance(c: [f64; 3]) -> Colour {
     c.map(|x| clamped(x, f64::from(1_u32 << 30)))
 }
 
-/// The nearest number from 0 to `most`; 0 for NaN, and for what 32 bits would round to 0.
+/// The nearest number from 0 to `most`; 0 for NaN and for numbers that round to 0 in 32 bits.
 fn clamped(x: f64, most: f64) -> f64 {
     if x as f32 > 0.0 { x.min(most) } else { 0.0 }
 }
 
-/// A line of a library, for a note about the mesh that it belongs to.
-pub(super) fn place<R>(source: &Source<'_, R>, line: u64) -> Option<Place> {
+/// The location in a library, for a note about the mesh that uses it.
+pub(super) fn place<R>(source: &Source<'_, R>, line: u64) -> Option<FilePosition> {
     let name = source.name().file_name().unwrap_or_default().to_string_lossy();
-    Some(Place::Item(format!("line {line} of {name}")))
+    Some(FilePosition::Item(format!("line {line} of {name}")))
 }
 
 /// The note about materials whose emission is in a texture.
-pub(super) const DARK: &str = "materials that emit by a texture do not emit";
+pub(super) const DARK: &str = "materials with an emission texture do not emit";
 
 /// The note about emissions that a film does not hold.
 pub(super) const CLAMPED_EMISSION: &str = "emissions below 0 or above 2³⁰ are clamped";
@@ -197,7 +198,7 @@ pub(super) fn read<R: BufRead>(
             }
             b"Ni" => raw.ior = Some(f64::from(numbers::<_, 1>(source, given)?[0])),
             b"d" => {
-                // "d -halo 0.5" fades towards the rim.
+                // "d -halo 0.5" fades towards the silhouette.
                 let word = given.find(|word| *word != b"-halo").unwrap_or_default();
                 raw.opacity = Some(value(source, word)?);
             }
@@ -205,10 +206,10 @@ pub(super) fn read<R: BufRead>(
             b"illum" => {
                 let word = given.next().unwrap_or_default();
                 raw.model = number(word)
-                    .ok_or_else(|| source.on_line(format!("{} is no illumination model", shown(word))))?;
+                    .ok_or_else(|| source.on_line(format!("{} is not an illumination model", shown(word))))?;
             }
             b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" => {
-                // Exporters write them all.
+                // Written by all exporters.
                 if given.next().and_then(number_or_nan).is_some_and(|value: f64| value != 0.0) {
                     parts.note_of_material(
                         "roughness, metalness, sheen and coats (Pr, Pm, Ps, Pc, aniso) are not read",
@@ -223,9 +224,9 @@ pub(super) fn read<R: BufRead>(
                 raw.has_emission_texture |= key == b"map_Ke";
                 parts.note_of_material("textures are not read", here());
             }
-            // The colour under light from everywhere; how sharp highlights and reflections are; the brushing's direction.
+            // The ambient colour; the sharpness of highlights and reflections; the direction of brushing.
             b"Ka" | b"Ns" | b"sharpness" | b"anisor" => {}
-            _ => parts.note_of_material("statements that stride does not know are ignored", here()),
+            _ => parts.note_of_material("unknown statements are ignored", here()),
         }
     }
     materials.extend(open.map(|raw| raw.material(parts)));
@@ -233,7 +234,7 @@ pub(super) fn read<R: BufRead>(
 }
 
 fn value<R: BufRead>(source: &Source<'_, R>, word: &[u8]) -> Read_<f64> {
-    number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
+    number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is not a number", shown(word))))
 }
 
 /// Three numbers, or one for all.

@@ -1,21 +1,22 @@
-//! Notes of what a reader left out, repaired or approximated.
+//! Notes about omissions, repairs and approximations of a reader.
 
-use super::source::Place;
+use super::source::FilePosition;
 use std::collections::HashSet;
 use std::fmt;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 
-/// One kind of thing that a reader left out, repaired or approximated. It displays as
-/// `faces of fewer than three corners are left out: 3, the first in line 12`.
+/// A kind of omission, repair or approximation. It displays as `faces of fewer than three corners are left out: 3, the
+/// first in line 12`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The things that were found, in the plural, and the treatment of them. The count is that of these things.
+    /// The items in the plural, and their treatment. The count is that of the items.
     pub message: String,
-    /// The number of these things.
+    /// The number of items.
     pub count: u64,
-    /// Its first place; absent if it concerns the file as a whole.
-    pub first: Option<Place>,
-    /// True if it concerns a material of the file, and nothing where the scene gives the mesh another material.
+    /// The location of the first item; `None` if it concerns the entire file.
+    pub first: Option<FilePosition>,
+    /// Whether it concerns a material of the file, so that it is irrelevant if the scene gives the mesh another
+    /// material.
     pub is_of_material: bool,
 }
 
@@ -31,7 +32,7 @@ impl fmt::Display for Note {
     }
 }
 
-/// The most kinds of notes that are kept; messages that quote a file could otherwise be without end.
+/// The maximum number of kinds of notes; messages that quote a file could otherwise be unlimited.
 const MOST_KINDS: usize = 100;
 
 /// The notes about a file, one for each kind.
@@ -43,13 +44,13 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// Counts one more of a kind, which is told by its message.
-    pub(super) fn add(&mut self, message: &str, place: Option<Place>) {
+    /// Counts one more item of a kind, which its message identifies.
+    pub(super) fn add(&mut self, message: &str, place: Option<FilePosition>) {
         self.add_several(message, 1, place);
     }
 
-    /// Counts so many more of a kind, of which the first is in this place; none leave no note.
-    pub(super) fn add_several(&mut self, message: &str, count: u64, place: Option<Place>) {
+    /// Counts several items of a kind, with the location of the first; zero items add no note.
+    pub(super) fn add_several(&mut self, message: &str, count: u64, place: Option<FilePosition>) {
         if count == 0 {
             return;
         }
@@ -62,15 +63,15 @@ impl Notes {
         }
     }
 
-    /// Counts one more of a kind that concerns a material of the file.
-    pub(super) fn add_of_material(&mut self, message: &str, place: Option<Place>) {
+    /// Counts one more item of a kind that concerns a material of the file.
+    pub(super) fn add_of_material(&mut self, message: &str, place: Option<FilePosition>) {
         self.add(message, place);
         if let Some(note) = self.kept.iter_mut().find(|note| note.message == message) {
             note.is_of_material = true;
         }
     }
 
-    /// All of them, in the order in which their kinds were first found; the last one counts the kinds that are not kept.
+    /// All notes, in the order of their first items. The last one counts the kinds beyond the limit.
     pub(super) fn into_all(self) -> Vec<Note> {
         let mut all = self.kept;
         let count = self.further.len() as u64;
@@ -87,15 +88,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_kind_is_told_once_with_its_count_and_its_first_place() {
+    fn a_kind_is_reported_once_with_count_and_location() {
         let mut notes = Notes::default();
-        notes.add("faces of two corners are left out", Some(Place::Line(12)));
-        notes.add("faces of two corners are left out", Some(Place::Line(15)));
+        notes.add("faces of two corners are left out", Some(FilePosition::Line(12)));
+        notes.add("faces of two corners are left out", Some(FilePosition::Line(15)));
         notes.add("textures are not read", None);
-        notes.add("strips are cut", Some(Place::Item("meshes[3]".into())));
-        let told: Vec<_> = notes.into_all().iter().map(Note::to_string).collect();
+        notes.add("strips are cut", Some(FilePosition::Item("meshes[3]".into())));
+        let reported: Vec<_> = notes.into_all().iter().map(Note::to_string).collect();
         assert_eq!(
-            told,
+            reported,
             [
                 "faces of two corners are left out: 2, the first in line 12",
                 "textures are not read",
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_that_are_not_kept_are_counted() {
+    fn kinds_beyond_the_limit_are_counted() {
         let mut notes = Notes::default();
         for i in (0..MOST_KINDS + 7).chain(0..MOST_KINDS + 5) {
             notes.add(&format!("kind {i}"), None);

@@ -2,66 +2,66 @@
 
 use super::parts::{self, Parts};
 use super::polygon;
-use super::source::{LONGEST_LINE, Place, Read_, Source, number, number_or_nan, shown, words};
+use super::source::{FilePosition, LONGEST_LINE, Read_, Source, number, number_or_nan, shown, words};
 use std::collections::{HashMap, HashSet};
 use std::io::BufRead;
 
-/// The columns of an OBJ file, each numbered by itself.
+/// The columns of an OBJ file, each with its own numbering.
 #[derive(Default)]
 struct Columns {
     positions: Vec<[f32; 3]>,
     uv: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    /// Of each position, the vertex that was made of it last, from 1.
+    /// For each position, the last vertex made from it, from 1.
     last: Vec<u32>,
-    /// By position, part, uv and normal: the numbers of the vertices for which their position's chain was too long.
+    /// The vertices by position, part, uv and normal, for positions whose chain became too long.
     others: HashMap<[u32; 4], u32>,
 }
 
-/// A corner of a face: a position and, counted from 1 so that 0 is none, a uv and a normal.
+/// A corner of a face: a position, a uv and a normal. The latter two are counted from 1, so that 0 means none.
 type Corner = (u32, u32, u32);
 
-/// A vertex of a part, made of a corner.
+/// A vertex of a part, made from a corner.
 struct Vertex {
     part: u32,
     uv: u32,
     normal: u32,
-    /// Its number in the part.
+    /// Its index in the part.
     number: u32,
-    /// The vertex that was made of the same position before, from 1.
+    /// The previous vertex made from the same position, from 1.
     before: u32,
 }
 
-/// The most vertices in the chain of a position.
+/// The maximum length of a position's chain of vertices.
 const LONGEST_CHAIN: usize = 64;
 
-/// The most vertices, of all parts.
+/// The maximum number of vertices in all parts.
 const MOST_VERTICES: usize = 1 << 30;
 
 /// The note about statements that draw curves.
 const CURVES: &str = "curves and free-form surfaces are left out";
 
-/// A name that a line gives to what follows, or of what it takes from elsewhere.
+/// A name in a line: a name for the following items, or a reference.
 #[derive(Default)]
 pub(super) struct Name {
     pub(super) name: String,
     /// The line.
-    pub(super) place: Option<Place>,
+    pub(super) place: Option<FilePosition>,
 }
 
-/// The names in an OBJ file of things in other files.
+/// References of an OBJ file to other files.
 #[derive(Default)]
 pub(super) struct Names {
-    /// Material libraries, each a line that may name several.
+    /// Material libraries, by lines that may list several.
     pub(super) libraries: Vec<Name>,
-    /// Materials, each where it is used first.
+    /// Materials, with the location of their first use.
     pub(super) materials: Vec<Name>,
 }
 
-/// Reads an OBJ file into its parts, and gives the names of what it takes from other files.
+/// Reads an OBJ file into its parts, and returns its references to other files.
 ///
-/// Levels of detail and shadows change nothing here, and are passed over. There is a note about everything else that is
-/// left out.
+/// Statements about levels of detail and shadows have no effect here and are skipped. There is a note about everything
+/// else that is left out.
 pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<Names> {
     let mut columns = Columns::default();
     let mut vertices: Vec<Vertex> = Vec::new();
@@ -74,11 +74,11 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     let mut is_smooth = false;
     while source.next_line(&mut line)? {
         uncomment(&mut line, 0);
-        // A line that ends in a backslash goes on.
+        // A line that ends in a backslash continues.
         while line.last() == Some(&b'\\') {
             line.pop();
             line.push(b' ');
-            // A statement may be as long as a line may be: each line of it is looked at once.
+            // A statement may be as long as a line: each line of it is scanned once.
             if line.trim_ascii().is_empty() {
                 line.clear();
             }
@@ -95,7 +95,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
         let mut given = words(&line);
         match given.next() {
             Some(b"v") => {
-                // A weight may follow, which is of no use to a polygon's corner, or a colour.
+                // A weight may follow, which polygons ignore, or a colour.
                 if given.clone().nth(5).is_some() {
                     parts.note(parts::VERTEX_COLOURS, source.line());
                 }
@@ -114,7 +114,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 let u = numbers::<_, 1>(source, given.clone())?;
                 let v = given.nth(1).map_or(Some(0.0), number_or_nan);
                 if v.is_none() {
-                    parts.note("lines of uv whose second word is no number have 0 for it", source.line());
+                    parts.note("an invalid second coordinate of uv is taken for 0", source.line());
                 }
                 let v = v.unwrap_or_default();
                 let uv = parts::uv([u[0], v]);
@@ -123,7 +123,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 }
                 columns.uv.push(uv.unwrap_or_default());
             }
-            // The second is from before version 3 of the format.
+            // The second form predates version 3 of the format.
             Some(b"f" | b"fo") => {
                 given_corners.clear();
                 for word in given {
@@ -135,7 +135,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 }
                 if is_smooth && given_corners.iter().any(|&(_, _, normal)| normal == 0) {
                     parts.note(
-                        "faces of smoothing groups are flat at corners that have no normal",
+                        "faces of smoothing groups have flat shading at corners without a normal",
                         source.line(),
                     );
                 }
@@ -145,7 +145,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                     corners.push(columns.vertex(&mut vertices, parts, part, corner));
                 }
                 if vertices.len() + columns.others.len() > MOST_VERTICES {
-                    return Err(source.on_line("more vertices than stride can number (2³⁰)"));
+                    return Err(source.on_line("more than the maximum of 2³⁰ vertices"));
                 }
                 match corners[..] {
                     [a, b, c] => {
@@ -172,33 +172,33 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 parts.note(CURVES, source.line());
             }
             Some(b"usemap" | b"maplib") => parts.note("textures are not read", source.line()),
-            Some(b"call" | b"csh") => parts.note("calls of other files and programs are left out", source.line()),
+            Some(b"call" | b"csh") => parts.note("calls of other files and programs are ignored", source.line()),
             Some(
                 // Of curves and surfaces: their points, kinds and limits.
                 b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp"
                 | b"end" | b"con" | b"ctech" | b"stech"
-                // How they look in other programs.
+                // Display settings of other programs.
                 | b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj",
             )
             | None => {}
-            Some(_) => parts.note("statements that stride does not know are ignored", source.line()),
+            Some(_) => parts.note("unknown statements are ignored", source.line()),
         }
     }
     Ok(names)
 }
 
-/// Statements whose words are names, in which there may be a `#`.
+/// Statements whose words are names, which may contain `#`.
 const NAMING_STATEMENTS: [&[u8]; 12] = [
     b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib", b"newmtl", b"bump", b"disp", b"decal", b"refl",
     b"norm",
 ];
 
-/// Takes a comment off a line, and a backslash at its end with it: comments do not go on in the next line.
+/// Removes a comment from a line, including a backslash at its end: comments do not continue in the next line.
 ///
-/// A `#` begins a comment unless it is part of a number such as `1.#QNAN`; on a line of names, between blanks alone: 3ds Max
-/// calls materials `Material #25`.
+/// A `#` begins a comment unless it is part of a number such as `1.#QNAN`. On a line of names it must be between
+/// blanks: 3ds Max calls materials `Material #25`.
 ///
-/// Before `from` there is none.
+/// There is none before `from`.
 pub(super) fn uncomment(line: &mut Vec<u8>, from: usize) {
     let first = words(line).next().unwrap_or_default();
     let has_names = NAMING_STATEMENTS.contains(&first) || first.starts_with(b"map_");
@@ -214,13 +214,13 @@ pub(super) fn uncomment(line: &mut Vec<u8>, from: usize) {
 }
 
 impl Columns {
-    /// The number, in a part, of the vertex that is made of a corner; one is added where there is none yet.
+    /// The index in a part of the vertex for a corner, which is added if it is new.
     fn vertex(&mut self, all: &mut Vec<Vertex>, parts: &mut Parts<'_>, part: usize, corner: Corner) -> u32 {
         let (position, uv, normal) = corner;
         let last = &mut self.last[position as usize];
         let mut at = *last;
         let mut length = 0;
-        // A position has few vertices as a rule: as many as faces that disagree about it.
+        // A position usually has few vertices: one for each distinct combination on its faces.
         while let Some(vertex) = all.get(at.wrapping_sub(1) as usize) {
             if (vertex.part, vertex.uv, vertex.normal) == (part as u32, uv, normal) {
                 return vertex.number;
@@ -237,7 +237,7 @@ impl Columns {
         let given_uv = uv.checked_sub(1).map(|i| self.uv[i as usize]);
         let given_normal = normal.checked_sub(1).map(|i| self.normals[i as usize]);
         let number = parts.vertex(part, self.positions[position as usize], given_normal, given_uv);
-        // A chain that grew on would take time by the square of its length.
+        // An unlimited chain would take quadratic time.
         if length >= LONGEST_CHAIN {
             self.others.insert(key, number);
         } else {
@@ -248,7 +248,7 @@ impl Columns {
     }
 }
 
-/// The words after the first one of a line: a name may have blanks in it.
+/// The rest of a line after its first word: a name may contain blanks.
 pub(super) fn name_after(line: &[u8]) -> String {
     let line = line.trim_ascii();
     let first = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
@@ -265,13 +265,13 @@ pub(super) fn numbers<'w, R: BufRead, const N: usize>(
         let Some(word) = words.next() else {
             return Err(source.on_line(format!("fewer than {N} numbers")));
         };
-        *x = number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))?;
+        *x = number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is not a number", shown(word))))?;
     }
     Ok(numbers)
 }
 
-/// `7`, `7/2`, `7//3` or `7/2/3`; negative ones count back from the last so far. A uv or a normal that does not exist is
-/// none.
+/// `7`, `7/2`, `7//3` or `7/2/3`; negative numbers count back from the last item so far. Undefined uv and normals are
+/// ignored.
 fn corner<R: BufRead>(
     source: &Source<'_, R>,
     columns: &Columns,
@@ -286,23 +286,21 @@ fn corner<R: BufRead>(
         if part.is_empty() && i > 0 {
             continue;
         }
-        let wrong = || source.on_line(format!("{} is no corner of a face", shown(word)));
+        let wrong = || source.on_line(format!("{} is not a corner of a face", shown(word)));
         let given: i64 = number(part).ok_or_else(wrong)?;
         let from_one = if given < 0 { (len as i64 + 1).saturating_add(given) } else { given };
         match (from_one >= 1 && from_one <= len as i64, i) {
             (true, _) => *index = from_one as u32,
             (false, 0) => {
-                let message = format!("{} names number {given} of {len} vertices so far", shown(word));
+                let message = format!("{} refers to number {given} of {len} vertices so far", shown(word));
                 return Err(source.on_line(message));
             }
-            (false, 1) => parts.note("corners whose uv is not in the file so far have none", source.line()),
-            (false, _) => {
-                parts.note("corners whose normal is not in the file so far have none", source.line())
-            }
+            (false, 1) => parts.note("references to undefined uv are ignored", source.line()),
+            (false, _) => parts.note("references to undefined normals are ignored", source.line()),
         }
     }
     if given.next().is_some() {
-        return Err(source.on_line(format!("{} is no corner of a face", shown(word))));
+        return Err(source.on_line(format!("{} is not a corner of a face", shown(word))));
     }
     Ok((indices[0] - 1, indices[1], indices[2]))
 }

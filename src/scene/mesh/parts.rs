@@ -1,21 +1,21 @@
-//! The parts of a file: what its groups and materials are called, and a mesh for each that is wanted apart.
+//! The parts of a file: the names of its groups and materials, and a mesh for each part that is requested.
 
 use super::file::{FileMaterial, MeshFile, Split};
 use super::notes::{Note, Notes};
 use super::polygon::{Cut, triangulate};
-use super::source::Place;
+use super::source::FilePosition;
 use crate::shape::{FARTHEST, Mesh, MeshError};
 use std::collections::HashMap;
 
-/// Names that errors and warnings may list; a file may have a million.
+/// The maximum number of names in errors and warnings; a file may have a million.
 const MOST_NAMES: usize = 100;
 
-/// A mesh that grows.
+/// A mesh under construction.
 #[derive(Default)]
 struct Part {
     name: String,
     mesh: Mesh,
-    /// The numbers of vertices that came with a normal, and with uv.
+    /// The numbers of vertices with a normal, and with uv.
     with_normal: usize,
     with_uv: usize,
 }
@@ -24,7 +24,7 @@ struct Part {
 pub(super) struct Parts<'a> {
     split: &'a Split,
     parts: Vec<Part>,
-    /// By material, where parts are of one each.
+    /// The parts by material, if the file is split by materials.
     by_material: HashMap<String, usize>,
     names: Vec<String>,
     notes: Notes,
@@ -35,15 +35,14 @@ impl<'a> Parts<'a> {
         let named = match split {
             Split::Whole => vec![String::new()],
             Split::Materials => Vec::new(),
-            // The last is what none of the names is for.
+            // The last part takes everything without a listed name.
             Split::Named(names) => names.iter().cloned().chain([String::new()]).collect(),
         };
         let parts = named.into_iter().map(|name| Part { name, ..Part::default() }).collect();
         Parts { split, parts, by_material: HashMap::new(), names: Vec::new(), notes: Notes::default() }
     }
 
-    /// The part to which triangles of this group and this material belong. A name of a group counts before that of
-    /// a material.
+    /// The part for triangles with this group and material. Group names take precedence over material names.
     pub(super) fn of(&mut self, group: &str, material: &str) -> usize {
         for name in [group, material] {
             if !name.is_empty() && self.names.len() < MOST_NAMES && !self.names.iter().any(|n| n == name) {
@@ -67,7 +66,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// Adds a vertex to a part and returns its number there.
+    /// Adds a vertex to a part and returns its index there.
     pub(super) fn vertex(
         &mut self,
         part: usize,
@@ -78,14 +77,14 @@ impl<'a> Parts<'a> {
         let Part { mesh, with_normal, with_uv, .. } = &mut self.parts[part];
         let number = mesh.positions.len();
         mesh.positions.push(position);
-        // Zero normals shade flat: columns begin with the first vertex that has one.
+        // Zero normals mean flat shading: columns begin with the first vertex that has one.
         *with_normal += usize::from(normal.is_some());
         if *with_normal > 0 {
             mesh.normals.resize(number, [0.0; 3]);
             mesh.normals.push(normal.unwrap_or_default());
         }
         *with_uv += usize::from(uv.is_some());
-        // uv are of use only if all have them.
+        // uv are used only if all vertices have them.
         if *with_uv == number + 1 {
             mesh.uv.push(uv.unwrap_or_default());
         } else {
@@ -99,36 +98,40 @@ impl<'a> Parts<'a> {
         &mut self.parts[part].mesh
     }
 
-    /// Notes that something was left out, repaired or approximated.
-    pub(super) fn note(&mut self, message: &str, place: Option<Place>) {
+    /// Adds a note about an omission, repair or approximation.
+    pub(super) fn note(&mut self, message: &str, place: Option<FilePosition>) {
         self.notes.add(message, place);
     }
 
-    /// Notes that something about a material of the file was left out, repaired or approximated.
-    pub(super) fn note_of_material(&mut self, message: &str, place: Option<Place>) {
+    /// Adds a note about a material of the file.
+    pub(super) fn note_of_material(&mut self, message: &str, place: Option<FilePosition>) {
         self.notes.add_of_material(message, place);
     }
 
-    /// Notes several things of a kind, the first of which is in this place.
-    pub(super) fn note_several(&mut self, message: &str, count: u64, place: Option<Place>) {
+    /// Adds a note about several items of a kind, with the location of the first.
+    pub(super) fn note_several(&mut self, message: &str, count: u64, place: Option<FilePosition>) {
         self.notes.add_several(message, count, place);
     }
 
-    /// Adds a face of more than three corners to a part, whose vertices are all there, and notes what is wrong with it.
-    pub(super) fn polygon(&mut self, part: usize, corners: &[u32], place: impl FnOnce() -> Option<Place>) {
+    /// Adds a face of more than three corners, all of whose vertices exist, to a part, and notes its problems.
+    pub(super) fn polygon(
+        &mut self,
+        part: usize,
+        corners: &[u32],
+        place: impl FnOnce() -> Option<FilePosition>,
+    ) {
         let Mesh { positions, triangles, .. } = &mut self.parts[part].mesh;
         match triangulate(corners, positions, triangles) {
             Cut::Exact => {}
             Cut::Flat => self.note(FLAT, place()),
-            Cut::Crossed => self.note(
-                "faces whose outline crosses itself are cut into triangles of which some overlap",
-                place(),
-            ),
+            Cut::Crossed => {
+                self.note("self-intersecting faces are split into overlapping triangles", place())
+            }
         }
     }
 
-    /// Checks all parts, and gives those in which there is something; or says why there is nothing, which what was
-    /// left out may explain.
+    /// Checks all parts and returns those with triangles. Fails if there are none; notes about omissions may explain
+    /// why.
     pub(super) fn finish(mut self, materials: Vec<FileMaterial>) -> Result<MeshFile, String> {
         let mut some = false;
         let mut meshes = Vec::new();
@@ -138,7 +141,7 @@ impl<'a> Parts<'a> {
                 name => format!("vertex {vertex} of {name:?}"),
             });
             if part.with_uv > 0 && part.mesh.uv.is_empty() {
-                self.notes.add("uv are left out where not all vertices have them", None);
+                self.notes.add("uv are ignored in parts where some vertices have none", None);
             }
             let used = used(&mut part.mesh);
             part.mesh.check().map_err(|error| error.to_string())?;
@@ -158,12 +161,12 @@ impl<'a> Parts<'a> {
 }
 
 /// The note about faces without area.
-pub(super) const FLAT: &str = "faces without area are never seen";
+pub(super) const FLAT: &str = "faces without area are invisible";
 
 /// The note about colours of vertices, which counts vertices.
 pub(super) const VERTEX_COLOURS: &str = "colours of vertices are not read";
 
-/// A normal of a file, which may have any length but zero; none in place of numbers that are none.
+/// A normal of a file, of any length but zero; `None` if it is not finite.
 pub(super) fn normal(n: [f32; 3]) -> Option<[f32; 3]> {
     let largest = n.iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
     match n.iter().all(|x| x.is_finite()) {
@@ -173,34 +176,34 @@ pub(super) fn normal(n: [f32; 3]) -> Option<[f32; 3]> {
     }
 }
 
-/// The note about normals that are not numbers; it counts vertices, or lines that give normals.
-pub(super) const NO_NORMAL: &str = "normals that are not numbers are left out, and shading is flat there";
+/// The note about invalid normals; it counts vertices, or lines that give normals.
+pub(super) const NO_NORMAL: &str = "normals that are not numbers are ignored; shading is flat there";
 
-/// uv of a file; none in place of numbers that are none.
+/// uv of a file; `None` if they are invalid.
 pub(super) fn uv(uv: [f32; 2]) -> Option<[f32; 2]> {
     uv.iter().all(|x| x.abs() <= FARTHEST).then_some(uv)
 }
 
-/// The note about uv that are not numbers; it counts vertices, or lines that give uv.
+/// The note about invalid uv; it counts vertices, or lines that give uv.
 pub(super) const NO_UV: &str = "uv that are not numbers, or larger than 10¹⁸, are taken for 0";
 
-/// Puts zeros in place of normals and uv that are not numbers. `name` says how a vertex is called.
+/// Replaces normals and uv that are not numbers by zeros. `name` names a vertex in messages.
 fn repair(mesh: &mut Mesh, notes: &mut Notes, name: impl Fn(usize) -> String) {
     for (i, n) in mesh.normals.iter_mut().enumerate() {
         *n = normal(*n).unwrap_or_else(|| {
-            notes.add(NO_NORMAL, Some(Place::Item(name(i))));
+            notes.add(NO_NORMAL, Some(FilePosition::Item(name(i))));
             [0.0; 3]
         });
     }
     for (i, of_vertex) in mesh.uv.iter_mut().enumerate() {
         *of_vertex = uv(*of_vertex).unwrap_or_else(|| {
-            notes.add(NO_UV, Some(Place::Item(name(i))));
+            notes.add(NO_UV, Some(FilePosition::Item(name(i))));
             [0.0; 2]
         });
     }
 }
 
-/// For each vertex, true if a triangle uses it. The positions of the others, which may be no numbers, become zero.
+/// For each vertex, whether a triangle uses it. The positions of the others, which may be invalid, become zero.
 fn used(mesh: &mut Mesh) -> Vec<bool> {
     let mut used = vec![false; mesh.positions.len()];
     for &corner in mesh.triangles.iter().flatten() {
@@ -216,7 +219,7 @@ fn used(mesh: &mut Mesh) -> Vec<bool> {
     used
 }
 
-/// Takes vertices that are no triangle's out of a mesh that was checked.
+/// Removes unused vertices from a mesh that was checked.
 fn drop_unused(mesh: &mut Mesh, used: &[bool]) {
     if used.iter().all(|&used| used) {
         return;
@@ -236,7 +239,7 @@ fn drop_unused(mesh: &mut Mesh, used: &[bool]) {
     retain(&mut mesh.uv, used);
 }
 
-/// Keeps what is used of a column.
+/// Removes the unused entries of a column.
 fn retain<T>(column: &mut Vec<T>, used: &[bool]) {
     let mut used = used.iter();
     column.retain(|_| used.next().copied().unwrap_or_default());

@@ -1,6 +1,6 @@
 //! PLY (Turk 1994): text, and binary of either byte order.
 //!
-//! Triangles come from faces and from strips of triangles.
+//! Triangles are read from faces and from triangle strips.
 
 mod header;
 mod lines;
@@ -10,44 +10,44 @@ use self::header::{Element, Encoding, header};
 use self::rows::Rows;
 use super::parts::{self, Parts};
 use super::polygon;
-use super::source::{Place, Read_, Source, shown};
+use super::source::{FilePosition, Read_, Source, shown};
 use std::io::BufRead;
 
-/// The most corners of a face: no honest one has more. A strip may be as long as the file.
+/// The maximum number of corners of a face, far beyond that of real files. A strip may be as long as the file.
 const MOST_CORNERS: u64 = 1 << 20;
 
-/// The faces that are no triangles: they wait until all vertices are there.
+/// The faces that are no triangles, which are stored until all vertices are known.
 #[derive(Default)]
 struct Polygons {
     corners: Vec<u32>,
-    /// The number among all faces of each, and where its corners end; it has none if it is too small.
+    /// For each, its index among all faces, and the end of its corners; faces that are too small have no corners.
     ends: Vec<(u64, usize)>,
-    /// Faces so far.
+    /// The number of faces so far.
     faces: u64,
 }
 
 impl Polygons {
-    /// The number among all faces of a triangle among those that are triangles.
+    /// The index among all faces of a triangle, given its index among the triangles.
     fn number(&self, triangle: usize) -> u64 {
         self.ends.iter().fold(triangle as u64, |face, (other, _)| face + u64::from(*other <= face))
     }
 }
 
-fn face_place(face: u64) -> Option<Place> {
-    Some(Place::Item(format!("face {face} (counted from 0)")))
+fn face_place(face: u64) -> Option<FilePosition> {
+    Some(FilePosition::Item(format!("face {face} (counted from 0)")))
 }
 
 /// Reads a PLY file.
 pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<()> {
     let (encoding, elements) = header(source, parts)?;
     for element in &elements {
-        // Checked before anything is set aside for them.
+        // Checked before memory is allocated for them.
         let needed = u128::from(element.count) * u128::from(element.least_bytes(encoding));
-        // The last line may lack its end.
+        // The last line may lack its line feed.
         let needed = if encoding == Encoding::Text { needed.saturating_sub(1) } else { needed };
         if needed > u128::from(source.left()) {
             return Err(source.whole(format!(
-                "the header promises {} of element {}, which take at least {needed} bytes, but only {} follow",
+                "the header declares {} of element {}, which take at least {needed} bytes, but only {} follow",
                 element.count,
                 shown(&element.name),
                 source.left()
@@ -69,7 +69,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 }
                 let message = match name {
                     b"edge" => "points and lines are left out",
-                    _ => "elements that stride does not know are left out",
+                    _ => "unknown elements are left out",
                 };
                 parts.note_several(message, element.count, element.place.clone());
             }
@@ -92,16 +92,16 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     Ok(())
 }
 
-/// The most properties that the note about unknown ones names.
+/// The maximum number of properties that the note about unknown ones lists.
 const MOST_NAMED: usize = 5;
 
-/// Notes properties of which stride does not know the use: those that are neither read nor the subject of another note.
+/// Notes unknown properties: those that are neither read nor the subject of another note.
 fn note_unknown(parts: &mut Parts<'_>, elements: &[Element]) {
     let mut unknown = Vec::new();
     for element in elements.iter().filter(|element| element.count > 0) {
         for (i, property) in element.properties.iter().enumerate() {
             let name = property.name.as_slice();
-            // The first of a name is read, and the first of several names for one thing.
+            // The first property of a name is read, and the first of several synonyms.
             let is_first = |names: &[&[u8]]| element.find(names) == Some(i);
             let is_known = match element.name.as_slice() {
                 b"vertex" => {
@@ -122,14 +122,14 @@ fn note_unknown(parts: &mut Parts<'_>, elements: &[Element]) {
     let Some(first) = unknown.first() else { return };
     let names: Vec<_> = unknown.iter().take(MOST_NAMED).map(|property| shown(&property.name)).collect();
     let more = if unknown.len() > MOST_NAMED { ", …" } else { "" };
-    let message = format!("properties that stride does not know are left out ({}{more})", names.join(", "));
+    let message = format!("unknown properties are left out ({}{more})", names.join(", "));
     parts.note_several(&message, unknown.len() as u64, first.place.clone());
 }
 
 /// The names of a normal's coordinates.
 const NORMAL: [&[u8]; 3] = [b"nx", b"ny", b"nz"];
 
-/// The names of the first and of the second coordinate of uv.
+/// The names of the two coordinates of uv.
 const U: [&[u8]; 4] = [b"u", b"s", b"texture_u", b"texture_s"];
 const V: [&[u8]; 4] = [b"v", b"t", b"texture_v", b"texture_t"];
 
@@ -143,7 +143,7 @@ fn unread(parts: &mut Parts<'_>, element: &Element, message: &str, which: fn(&[u
     }
 }
 
-/// True if a property is part of a colour.
+/// Whether a property is part of a colour.
 fn is_colour(name: &[u8]) -> bool {
     let name = name.strip_prefix(b"diffuse_").unwrap_or(name);
     [&b"red"[..], b"green", b"blue", b"r", b"g", b"b", b"alpha", b"a", b"material_index"].contains(&name)
@@ -167,11 +167,11 @@ fn vertices<R: BufRead>(
     };
     let (u, v) = (element.find(&U), element.find(&V));
     if normal.is_none() && given_normal.iter().any(Option::is_some) {
-        let message = "normals of which not all three coordinates are given are left out";
+        let message = "normals with fewer than three coordinates are left out";
         parts.note_several(message, element.count, element.place.clone());
     }
     if u.is_some() != v.is_some() {
-        let message = "uv of which only one coordinate is given are left out";
+        let message = "uv with a single coordinate are left out";
         parts.note_several(message, element.count, element.place.clone());
     }
     unread(parts, element, parts::VERTEX_COLOURS, is_colour);
@@ -183,7 +183,7 @@ fn vertices<R: BufRead>(
     for vertex in before..before + count {
         rows.next(source, element, None)?;
         let get = |i: usize| rows.scalars[i] as f32;
-        let place = || Some(Place::Item(format!("vertex {vertex} (counted from 0)")));
+        let place = || Some(FilePosition::Item(format!("vertex {vertex} (counted from 0)")));
         let given_normal = normal.map(|n| n.map(get)).map(parts::normal);
         let given_uv = u.zip(v).map(|(u, v)| parts::uv([get(u), get(v)]));
         let mesh = parts.mesh(part);
@@ -197,16 +197,16 @@ fn vertices<R: BufRead>(
             parts.note(parts::NO_UV, place());
         }
     }
-    // An element of this name may come twice.
+    // An element of this name may occur twice.
     let mesh = parts.mesh(part);
     let vertices = mesh.positions.len();
     if [mesh.normals.len(), mesh.uv.len()].iter().any(|&n| n != 0 && n != vertices) {
-        return Err(source.whole("some of its vertices have normals or uv, and some have none"));
+        return Err(source.whole("only some of its vertices have normals or uv"));
     }
     Ok(())
 }
 
-/// A list of vertices; an element of which there is none needs none.
+/// A list of vertices; not required if there are no elements.
 fn list_of_vertices<R: BufRead>(
     source: &Source<'_, R>,
     element: &Element,
@@ -215,12 +215,12 @@ fn list_of_vertices<R: BufRead>(
     let corners = element.find(&VERTEX_INDICES);
     let corners = corners.filter(|&i| element.properties[i].length.is_some());
     match corners {
-        None if element.count > 0 => Err(source.whole(format!("its {what} have no list of vertex_indices"))),
+        None if element.count > 0 => Err(source.whole(format!("its {what} have no list vertex_indices"))),
         corners => Ok(corners),
     }
 }
 
-/// The vertex that a number stands for.
+/// The vertex with a given number.
 fn index(i: f64) -> Option<u32> {
     (i >= 0.0 && i < f64::from(u32::MAX) && i.fract() == 0.0).then_some(i as u32)
 }
@@ -246,14 +246,14 @@ fn faces<R: BufRead>(
         polygons.faces += 1;
         rows.next(source, element, Some(corners))?;
         let index = |i: f64| {
-            let wrong = || source.whole(format!("face {face} (counted from 0) has {i} for a vertex"));
+            let wrong = || source.whole(format!("face {face} (counted from 0) has the invalid vertex {i}"));
             index(i).ok_or_else(wrong)
         };
         match rows.list[..] {
             [a, b, c] => parts.mesh(part).triangles.push([index(a)?, index(b)?, index(c)?]),
             ref list if list.len() as u64 > MOST_CORNERS => {
                 let most = format!(
-                    "face {face} (counted from 0) has {} corners: no more than 2²⁰ are read",
+                    "face {face} (counted from 0) has {} corners, more than the maximum of 2²⁰",
                     list.len()
                 );
                 return Err(source.whole(most));
@@ -273,8 +273,8 @@ fn faces<R: BufRead>(
     Ok(())
 }
 
-/// Strips of triangles, each of which has the last two corners of the one before; every other one is wound the other
-/// way. In a list, −1 ends a strip.
+/// Triangle strips: each triangle shares the last two corners of the one before, and every other one has the opposite
+/// winding. In a list, −1 ends a strip.
 fn tristrips<R: BufRead>(
     source: &mut Source<'_, R>,
     rows: &mut Rows<'_>,
@@ -286,7 +286,8 @@ fn tristrips<R: BufRead>(
         rows.next(source, element, Some(corners))?;
         for strip in rows.list.split(|&i| i == -1.0) {
             let index = |i: f64| {
-                let wrong = || source.whole(format!("strip {list} (counted from 0) has {i} for a vertex"));
+                let wrong =
+                    || source.whole(format!("strip {list} (counted from 0) has the invalid vertex {i}"));
                 index(i).ok_or_else(wrong)
             };
             for (i, corners) in strip.windows(3).enumerate() {

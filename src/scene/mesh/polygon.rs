@@ -1,10 +1,9 @@
-//! Polygons to triangles.
+//! Triangulation of polygons.
 //!
-//! A polygon is looked at along its mean normal, after Newell (Sutherland, Sproull and Schumacker 1974). Its corners
-//! are cut off one after another, as ears (Meisters 1975). That is right for simple polygons. Where it turns a
-//! triangle over, the outline touches itself: it is a keyhole, whose bridge to a hole is walked to and fro, or there
-//! are spikes, or corners that coincide. Such polygons go to [`constrained`], which asks how often the outline goes
-//! round each place.
+//! A polygon is projected along its mean normal, after Newell (Sutherland, Sproull and Schumacker 1974). Its corners
+//! are clipped one after another, as ears (Meisters 1975), which is correct for simple polygons. If this reverses a
+//! triangle, the outline touches itself: a hole is connected by a bridge, or there are spikes or coincident corners.
+//! Such polygons go to [`constrained`], which computes winding numbers.
 
 mod constrained;
 #[cfg(test)]
@@ -12,32 +11,32 @@ mod tests;
 
 use glam::{DVec2, DVec3};
 
-/// The most corners of a polygon that is cut by its ears, which takes time by the square of their number; larger ones
-/// are a fan or go to [`constrained`].
+/// The maximum number of corners for ear clipping, which takes quadratic time; larger polygons become a fan or go to
+/// [`constrained`].
 const MOST_EARS: usize = 4096;
 
-/// The share of a polygon's area that triangles which are turned over may cover; so much is taken for rounding errors.
+/// The fraction of a polygon's area that reversed triangles may cover, as rounding errors.
 const TURNED_OVER: f64 = 1e-6;
 
-/// The distance by which corners may lie off a side that they touch, for each unit of the polygon's largest coordinate, which is kept
-/// in 24 bits.
+/// The tolerance between a side and corners that touch it, relative to the polygon's largest coordinate, which has 24
+/// bits.
 const TOUCHING: f64 = 4.0 * f32::EPSILON as f64;
 
-/// The quality of a cut of a polygon.
+/// The quality of a triangulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
-    /// The triangles cover its inside, and nothing else.
+    /// The triangles cover exactly the inside.
     Exact,
-    /// There is nothing to cover: all corners are on one line.
+    /// The polygon is degenerate: all corners are on one line.
     Flat,
-    /// Its outline crosses itself, and some triangles lie outside of it.
+    /// The outline crosses itself, and some triangles lie outside.
     Crossed,
 }
 
-/// Cuts a polygon of more than three corners into triangles that have its corners and its winding.
+/// Splits a polygon of more than three corners into triangles that have its corners and its winding.
 ///
-/// The polygon may be concave and slightly bent, and touch itself. Corners are indices of `positions`; one that is
-/// none of them makes it a fan, whose index an error will name.
+/// The polygon may be concave and slightly bent, and touch itself. Corners are indices of `positions`; an invalid index
+/// makes it a fan, so that a later error reports it.
 pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &mut Vec<[u32; 3]>) -> Cut {
     let point = |&i: &u32| positions.get(i as usize).map(|p| DVec3::from(p.map(f64::from)));
     let points: Option<Vec<DVec3>> = corners.iter().map(point).collect();
@@ -68,19 +67,19 @@ pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &m
     if once { Cut::Exact } else { Cut::Crossed }
 }
 
-/// True if a triangle that a file has as one has no area.
+/// Whether a triangle of a file is degenerate.
 pub(super) fn is_flat(corners: [u32; 3], positions: &[[f32; 3]]) -> bool {
     match corners.map(|i| positions.get(i as usize)) {
         [Some(a), Some(b), Some(c)] => {
             let [a, b, c] = [a, b, c].map(|p| DVec3::from(p.map(f64::from)));
             (b - a).cross(c - a) == DVec3::ZERO
         }
-        // An error will name the corner that is none.
+        // A later error reports the invalid corner.
         _ => false,
     }
 }
 
-/// A polygon's corners as they are seen along its mean normal, counter-clockwise; nothing if it has none.
+/// A polygon's corners, projected along its mean normal and counter-clockwise; `None` without such a normal.
 fn flattened(points: &[DVec3]) -> Option<Vec<DVec2>> {
     let mut normal = DVec3::ZERO;
     for (i, a) in points.iter().enumerate() {
@@ -89,7 +88,7 @@ fn flattened(points: &[DVec3]) -> Option<Vec<DVec2>> {
     }
     let normal = normal.try_normalize()?;
     let (s, t) = normal.any_orthonormal_pair();
-    // Right-handed with the normal towards the eye.
+    // Right-handed, with the normal towards the viewer.
     let (s, t) = if s.cross(t).dot(normal) > 0.0 { (s, t) } else { (t, s) };
     Some(points.iter().map(|p| DVec2::new(p.dot(s), p.dot(t))).collect())
 }
@@ -99,18 +98,17 @@ fn doubled([a, b, c]: [DVec2; 3]) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Cuts a counter-clockwise polygon by clipping the first ear again and again, and where there is none its first
-/// corner.
+/// Triangulates a counter-clockwise polygon by repeatedly clipping the first ear, or the first corner if there is none.
 ///
-/// Corners that were found outside of a possible ear are not asked again until one of its own corners changes, which
-/// happens twice for each that is clipped: so there are at most 3 n² questions.
+/// Corners found outside of a candidate ear are not tested again until one of its own corners changes, which happens
+/// twice per clipped corner: so there are at most 3 n² tests.
 fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
-    /// The facts about the triangle of a corner and its two neighbours.
+    /// Known facts about the triangle of a corner and its two neighbours.
     #[derive(Clone, Copy)]
     struct Known {
         /// It is no ear because of its winding.
         reflex: Option<bool>,
-        /// No corner before this one is in it.
+        /// No corner before this index is inside.
         asked: usize,
     }
     const NOTHING: Known = Known { reflex: None, asked: 0 };
@@ -129,7 +127,7 @@ fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
                 let turn = (b - a).perp_dot(c - b);
                 turn <= 0.0 || turn.is_nan()
             });
-            // Whatever was in it last may still be there.
+            // The last corner found inside may still be there.
             if reflex || known.asked > 0 && is_left[known.asked - 1] {
                 return false;
             }
@@ -150,7 +148,7 @@ fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// True if a point is in a counter-clockwise triangle or on its edge.
+/// Whether a point is in a counter-clockwise triangle or on its edge.
 fn within(p: DVec2, [a, b, c]: [DVec2; 3]) -> bool {
     [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| (to - from).perp_dot(p - from) >= 0.0)
 }

@@ -1,4 +1,4 @@
-//! The bytes of a mesh file, and the place in it.
+//! The bytes of a mesh file, with the current position.
 
 use std::fmt;
 use std::fs::File;
@@ -10,39 +10,39 @@ use std::path::{Path, PathBuf};
 pub struct MeshFileError {
     /// The file.
     pub file: PathBuf,
-    /// The place in it.
-    pub place: Option<Place>,
-    /// The fault, and the remedy if there is one.
+    /// The position in it.
+    pub place: Option<FilePosition>,
+    /// The problem, and the remedy if there is one.
     pub message: String,
 }
 
-/// A place in a mesh file.
+/// A position in a mesh file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePosition {
     /// A line of text, from 1.
     Line(u64),
-    /// A byte of a binary file, from 0.
+    /// A byte offset in a binary file, from 0.
     Byte(u64),
     /// An item of a structured file by its path, such as `meshes[0].primitives[2]`.
     Item(String),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Line(line) => write!(f, "line {line}"),
-            Place::Byte(byte) => write!(f, "byte {byte}"),
-            Place::Item(path) => f.write_str(path),
+            FilePosition::Line(line) => write!(f, "line {line}"),
+            FilePosition::Byte(byte) => write!(f, "byte {byte}"),
+            FilePosition::Item(path) => f.write_str(path),
         }
     }
 }
 
-impl Place {
-    /// The place with its preposition: `in line 12`, `at byte 80`.
+impl FilePosition {
+    /// The position with its preposition: `in line 12`, `at byte 80`.
     pub(super) fn within(&self) -> String {
         match self {
-            Place::Byte(_) => format!("at {self}"),
-            Place::Line(_) | Place::Item(_) => format!("in {self}"),
+            FilePosition::Byte(_) => format!("at {self}"),
+            FilePosition::Line(_) | FilePosition::Item(_) => format!("in {self}"),
         }
     }
 }
@@ -59,10 +59,10 @@ impl fmt::Display for MeshFileError {
 
 impl std::error::Error for MeshFileError {}
 
-/// The longest line of text, the longest word of which is no longer. A polygon of a thousand corners fits.
+/// The maximum length of a line or word of text. A polygon of a thousand corners fits.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
-/// A progress display, which hears the bytes read so far and the length of the file.
+/// A progress callback: the bytes read so far, and the length of the file.
 pub type Watch<'a> = &'a mut dyn FnMut(u64, u64);
 
 /// A file that is read from front to back.
@@ -74,14 +74,14 @@ pub(super) struct Source<'a, R> {
     offset: u64,
     /// Lines read so far.
     line: u64,
-    /// True if lines end in a carriage return alone, as the first one does.
+    /// Whether lines end in a carriage return alone, as the first one does.
     ends_in_cr: bool,
     watch: Watch<'a>,
-    /// The offset from which on it is told again.
+    /// The offset of the next progress callback.
     tell_at: u64,
 }
 
-/// A reader that gives back what was read ahead before it reads on.
+/// A reader that first returns what was read ahead.
 struct Input<R> {
     ahead: Cursor<Vec<u8>>,
     rest: R,
@@ -109,11 +109,11 @@ impl<R: BufRead> BufRead for Input<R> {
     }
 }
 
-/// The mark that some editors put before text in UTF-8. It is skipped without a note in every format: nothing is lost.
+/// The mark that some editors put before text in UTF-8. It is skipped without a note in every format, as nothing is
+/// lost.
 pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// True if a file's first line is text of two bytes a character, with a byte-order mark or, without one, as Latin
-/// letters show it.
+/// Whether a file's first line is text with two bytes per character, by its byte-order mark or by Latin letters.
 fn is_utf_16(line: &[u8]) -> bool {
     let latin =
         |zeros: [u8; 2], letters: [u8; 2]| zeros == [0, 0] && letters.iter().all(|c| (1..128).contains(c));
@@ -124,7 +124,7 @@ fn is_utf_16(line: &[u8]) -> bool {
     }
 }
 
-/// The number of bytes that are read before a progress display hears of them.
+/// The number of bytes between progress callbacks.
 const TELL_EVERY: u64 = 1 << 20;
 
 pub(super) type Read_<T> = Result<T, MeshFileError>;
@@ -155,24 +155,24 @@ impl<'a, R: BufRead> Source<'a, R> {
         }
     }
 
-    /// An error about the file as a whole.
+    /// An error about the entire file.
     pub(super) fn whole(&self, message: impl ToString) -> MeshFileError {
         MeshFileError { file: self.name.into(), place: None, message: message.to_string() }
     }
 
     /// An error on the line that was read last.
     pub(super) fn on_line(&self, message: impl ToString) -> MeshFileError {
-        MeshFileError { place: Some(Place::Line(self.line)), ..self.whole(message) }
+        MeshFileError { place: Some(FilePosition::Line(self.line)), ..self.whole(message) }
     }
 
     /// An error at the byte that comes next.
     pub(super) fn at_byte(&self, message: impl ToString) -> MeshFileError {
-        MeshFileError { place: Some(Place::Byte(self.offset)), ..self.whole(message) }
+        MeshFileError { place: Some(FilePosition::Byte(self.offset)), ..self.whole(message) }
     }
 
-    /// The byte that comes next, for a note.
-    pub(super) fn byte(&self) -> Option<Place> {
-        Some(Place::Byte(self.offset))
+    /// The offset of the next byte, for a note.
+    pub(super) fn byte(&self) -> Option<FilePosition> {
+        Some(FilePosition::Byte(self.offset))
     }
 
     /// The number of lines that were read.
@@ -181,11 +181,11 @@ impl<'a, R: BufRead> Source<'a, R> {
     }
 
     /// The line that was read last, for a note.
-    pub(super) fn line(&self) -> Option<Place> {
-        Some(Place::Line(self.line))
+    pub(super) fn line(&self) -> Option<FilePosition> {
+        Some(FilePosition::Line(self.line))
     }
 
-    /// Bytes that are left, if the file is as long as it was.
+    /// Remaining bytes, if the file's length has not changed.
     pub(super) fn left(&self) -> u64 {
         self.len.saturating_sub(self.offset)
     }
@@ -196,8 +196,8 @@ impl<'a, R: BufRead> Source<'a, R> {
 
     /// Reads the next line, without its end, into `line`; false at the end of the file.
     ///
-    /// A line ends in a line feed, in a carriage return, or in both. Where the first line ends in a carriage return
-    /// alone, all do, and a line feed is none of theirs: it may be the first byte of what follows a header.
+    /// A line ends in a line feed, in a carriage return, or in both. If the first line ends in a carriage return alone,
+    /// all do, and a line feed is no line end: it may be the first byte of binary data after a header.
     pub(super) fn next_line(&mut self, line: &mut Vec<u8>) -> Read_<bool> {
         line.clear();
         self.line += 1;
@@ -249,10 +249,10 @@ impl<'a, R: BufRead> Source<'a, R> {
         Ok(read > 0)
     }
 
-    /// The rest of the file, which stays to be read, and is in memory from now on.
+    /// The rest of the file, which remains to be read and is in memory from now on.
     pub(super) fn look_ahead(&mut self) -> Read_<&[u8]> {
         let mut ahead = Vec::new();
-        // A file that grows meanwhile is read no further than it was long.
+        // A file that grows meanwhile is read only up to its initial length.
         let left = self.left();
         if let Err(error) = self.input.by_ref().take(left).read_to_end(&mut ahead) {
             return Err(self.failed(&error));
@@ -272,7 +272,7 @@ impl<'a, R: BufRead> Source<'a, R> {
         }
     }
 
-    /// The line that was read last, by itself or with those that it goes on, is longer than any may be.
+    /// The error that the last line, or a statement continued over several lines, is too long.
     pub(super) fn too_long(&self) -> MeshFileError {
         self.on_line("this line is longer than 1 MiB: is this a mesh file?")
     }
@@ -291,7 +291,7 @@ impl<'a, R: BufRead> Source<'a, R> {
                 Ok(())
             }
             Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
-                Err(self.at_byte("the file ends in the middle of an element: it is cut off"))
+                Err(self.at_byte("the file ends in the middle of an element: it is truncated"))
             }
             Err(error) => Err(self.failed(&error)),
         }
@@ -299,7 +299,7 @@ impl<'a, R: BufRead> Source<'a, R> {
 }
 
 impl<R: BufRead> Source<'_, R> {
-    /// The next bytes, as many as there are up to a limit that the caller has checked against the file's length.
+    /// The next bytes, up to a limit that the caller has checked against the file's length.
     pub(super) fn bytes(&mut self, len: u64) -> Read_<Vec<u8>> {
         let mut bytes = Vec::new();
         match self.input.by_ref().take(len).read_to_end(&mut bytes) {
@@ -310,12 +310,12 @@ impl<R: BufRead> Source<'_, R> {
     }
 }
 
-/// Opens a file, and says how long it is.
+/// Opens a file, and returns its length.
 pub(super) fn open(path: &Path) -> Read_<(File, u64)> {
     let fail = |message: String| Err(MeshFileError { file: path.into(), place: None, message });
     let unreadable = |error: &std::io::Error| match error.kind() {
         ErrorKind::NotFound => fail("there is no such file".into()),
-        ErrorKind::PermissionDenied => fail("you have no permission to read this file".into()),
+        ErrorKind::PermissionDenied => fail("permission to read this file is denied".into()),
         _ => fail(format!("cannot be read: {error}")),
     };
     match std::fs::metadata(path) {
@@ -328,7 +328,7 @@ pub(super) fn open(path: &Path) -> Read_<(File, u64)> {
     }
 }
 
-/// A file that another one names.
+/// The path of a file that another one refers to.
 pub(super) fn beside(file: &Path, name: &str) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(name)
 }
@@ -349,7 +349,7 @@ pub(super) fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A real number in decimal, or NaN for a word by which C libraries show that there is none: `-nan(ind)`, `1.#QNAN`,
+/// A real number in decimal, or NaN for a word by which C libraries print NaN and infinity: `-nan(ind)`, `1.#QNAN`,
 /// `-1.#IND00`, `1.#INF`.
 pub(super) fn number_or_nan<T: std::str::FromStr + From<f32>>(word: &[u8]) -> Option<T> {
     number(word).or_else(|| {

@@ -1,4 +1,4 @@
-//! Good files in every dress, bad files of every kind, and files that chance has spoiled.
+//! Valid files of all variants, invalid files of every kind, and randomly corrupted files.
 
 use super::*;
 use crate::sampling::Stream;
@@ -101,7 +101,7 @@ fn obj_has_corners_of_every_form() {
             corners.map(|i: usize| [vertices[i][0], vertices[i][1], vertices[i][2]])
         );
     }
-    // Some corners have uv, some have normals: the former count only if all have them.
+    // Some corners have uv, some have normals: uv count only if all corners have them.
     assert!(mesh.uv.is_empty());
     assert_eq!(mesh.normals[mesh.triangles[2][0] as usize], [0.0, 0.0, 1.0]);
     assert_eq!(mesh.normals[mesh.triangles[0][0] as usize], [0.0; 3]);
@@ -115,7 +115,7 @@ fn area(triangles: &[[u32; 3]], positions: &[[f32; 3]]) -> f32 {
 }
 
 #[test]
-fn concave_polygons_are_cut_along_their_inside() {
+fn concave_polygons_are_triangulated_inside() {
     let plane = |points: &[[f32; 2]]| points.iter().map(|[x, y]| [*x, *y, 0.0]).collect::<Vec<_>>();
     let dart = plane(&[[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]]);
     let comb = plane(&[
@@ -139,7 +139,7 @@ fn concave_polygons_are_cut_along_their_inside() {
                 .map(|i| (points[i], points[(i + 1) % points.len()]))
                 .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
                 .sum();
-            // All wound alike and as much in area: none overlap.
+            // The same winding and total area: none overlap.
             assert!(triangles.iter().all(|&t| area(&[t], &points) > 0.0), "{triangles:?}");
             assert!((area(&triangles, &points) - outline).abs() < 1e-5);
         }
@@ -147,7 +147,7 @@ fn concave_polygons_are_cut_along_their_inside() {
 }
 
 #[test]
-fn bad_files_are_told_where_and_why() {
+fn invalid_files_are_rejected_with_location_and_reason() {
     let ply =
         |header: &str, body: &str| format!("ply\nformat ascii 1.0\n{header}end_header\n{body}").into_bytes();
     let xyz = "property float x\nproperty float y\nproperty float z\n";
@@ -170,7 +170,7 @@ fn bad_files_are_told_where_and_why() {
         ("a.ply", ply(&three, "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n"), ["vertex 1", "not a number"]),
         ("a.ply", ply(&three, "0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"), ["vertex 1", "position"]),
         ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1 0\n2 0 1\n"), ["a.ply", "no triangle"]),
-        ("a.ply", ply(&huge, "0 0 0\n"), ["promises 1152921504606846976", "bytes"]),
+        ("a.ply", ply(&huge, "0 0 0\n"), ["declares 1152921504606846976", "bytes"]),
         ("a.ply", ply("element vertex 0\n", ""), ["x, y and z", "vertices"]),
         ("a.obj", b"v 1 2\n".to_vec(), ["line 1", "fewer than 3"]),
         ("a.obj", b"v 0 0 0\nf 1 1 2\n".to_vec(), ["line 2", "number 2 of 1"]),
@@ -190,11 +190,11 @@ fn bad_files_are_told_where_and_why() {
     }
     let binary = self::ply("binary_little_endian");
     let cut = read_bytes("a.ply", &binary[..binary.len() - 9]).expect_err("an error");
-    assert!(["promises", "cut off", "are left"].iter().any(|words| cut.contains(words)), "{cut}");
+    assert!(["declares", "truncated", "are left"].iter().any(|words| cut.contains(words)), "{cut}");
 }
 
 #[test]
-fn spoiled_files_are_errors_or_meshes_and_never_panics() {
+fn corrupted_files_give_errors_or_meshes_but_never_panics() {
     let stream = &mut Stream::new(21, 0, 0);
     let files = [
         ("a.ply", ply("ascii")),

@@ -1,9 +1,9 @@
-//! The keys of the camera, and what is made of them.
+//! The keys of the camera, and their conversion.
 
 use glam::DVec3;
 
 use super::common::{DIRECTION, POINT};
-use super::report::{Read, Reports};
+use super::report::{Diagnostics, Read};
 use super::table::{Fields, Key, Table};
 use super::value::{Direction, OneWord, Vector};
 use crate::parameter::limits::{DISTANCE, LENGTH, PARALLEL};
@@ -35,83 +35,86 @@ pub(super) static CAMERA_TABLE: Table = Table {
 };
 
 static EYE: Key<Vector> = Key::default("eye", POINT, "[0, 0, 0]", "The focal point.");
-static FORWARD: Key<Direction> =
-    Key::default("forward", DIRECTION, "[1, 0, 0]", "The direction of view, of any length; or give look_at.");
+static FORWARD: Key<Direction> = Key::default(
+    "forward",
+    DIRECTION,
+    "[1, 0, 0]",
+    "The viewing direction, of any length; alternatively, give look_at.",
+);
 static LOOK_AT: Key<Vector> =
-    Key::optional("look_at", POINT, "A point in the middle of the picture, instead of forward.");
+    Key::optional("look_at", POINT, "The point at the centre of the image; replaces forward.");
 static UP: Key<Direction> = Key::default(
     "up",
     DIRECTION,
     "[0, 0, 1]",
-    "The world's up direction, of any length, not parallel to the direction of view.",
+    "The direction that is up in the image, of any length, not parallel to the viewing direction.",
 );
 static TYPE: Key<OneWord> = Key::default(
     "type",
     OneWord(&["perspective", ORTHOGRAPHIC]),
     "\"perspective\"",
-    "Whether rays meet in the eye, or are all parallel to the direction of view.",
+    "The projection: perspective, or orthographic with parallel rays.",
 );
 static HEIGHT: Key<Number> = Key::optional(
     "height",
     LENGTH,
-    "The height of the picture in the scene, for an orthographic camera, instead of vertical_fov.",
+    "The height of the image in the scene, for an orthographic camera; replaces vertical_fov.",
 );
 static VERTICAL_FOV: Key<Number> = Key::default(
     "vertical_fov",
     Number::inside(180.0),
     "90",
-    "The angle between the top and the bottom of the picture, in degrees.",
+    "The angle between the top and the bottom of the image, in degrees.",
 );
-static NEAR: Key<Number> =
-    Key::default("near", DISTANCE, "0", "Nothing nearer than this distance along forward is seen.");
+static NEAR: Key<Number> = Key::default("near", DISTANCE, "0", "The near clipping distance along forward.");
 static FOCAL_LENGTH: Key<Number> = Key::default(
     "focal_length",
     LENGTH,
     "1",
-    "The distance of the focal plane from the eye; a pinhole's picture does not depend on it.",
+    "The distance of the image plane from the eye; it does not affect the image of a pinhole camera.",
 );
 static APERTURE_RADIUS: Key<Number> = Key::default(
     "aperture_radius",
     DISTANCE,
     "0",
-    "The radius of a thin lens; 0 for a pinhole. It needs focus_distance.",
+    "The radius of a thin lens; 0 for a pinhole. A lens requires focus_distance.",
 );
 static FOCUS_DISTANCE: Key<Number> =
-    Key::optional("focus_distance", LENGTH, "The distance along forward that a thin lens renders sharp.");
+    Key::optional("focus_distance", LENGTH, "The distance along forward at which a thin lens is in focus.");
 
 const ORTHOGRAPHIC: &str = "orthographic";
 
-pub(super) fn camera(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<CameraSettings> {
-    let eye = fields.get(&EYE, reports);
-    let forward = view_direction(fields, eye, reports);
-    let up = fields.get(&UP, reports);
-    let orthographic_height = orthographic_height(fields, reports);
-    let vertical_fov = fields.get(&VERTICAL_FOV, reports);
-    let near = fields.get(&NEAR, reports);
-    let focal_length = fields.get(&FOCAL_LENGTH, reports);
-    let aperture_radius = fields.get(&APERTURE_RADIUS, reports);
-    let focus_distance = fields.find(&FOCUS_DISTANCE, reports);
+pub(super) fn camera(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<CameraSettings> {
+    let eye = fields.get(&EYE, diagnostics);
+    let forward = view_direction(fields, eye, diagnostics);
+    let up = fields.get(&UP, diagnostics);
+    let orthographic_height = orthographic_height(fields, diagnostics);
+    let vertical_fov = fields.get(&VERTICAL_FOV, diagnostics);
+    let near = fields.get(&NEAR, diagnostics);
+    let focal_length = fields.get(&FOCAL_LENGTH, diagnostics);
+    let aperture_radius = fields.get(&APERTURE_RADIUS, diagnostics);
+    let focus_distance = fields.find(&FOCUS_DISTANCE, diagnostics);
 
     let up = match (forward, up) {
         (Ok((forward, at)), Ok(up)) if forward.cross(up).length() < PARALLEL => {
             let given = fields.has(&UP);
             let at = if given { fields.place_of(&UP) } else { at };
             let message = if given {
-                "up is parallel to the direction of view"
+                "up is parallel to the viewing direction"
             } else {
-                "the direction of view is parallel to up, which is [0, 0, 1] unless the file says otherwise"
+                "the viewing direction is parallel to up, whose default is [0, 0, 1]"
             };
             let other = if forward.z.abs() < 0.5 { "[0, 0, 1]" } else { "[0, 1, 0]" };
-            Err(reports.error_with(at, message, |_| Some(format!("up = {other} would do"))))
+            Err(diagnostics.error_with(at, message, |_| Some(format!("up = {other} would do"))))
         }
         (_, up) => up,
     };
     let focus_distance = match (focus_distance, &aperture_radius) {
         (Ok(None), Ok(_)) if fields.has(&APERTURE_RADIUS) => {
             let at = fields.place_of(&APERTURE_RADIUS);
-            let message = "missing key \"focus_distance\" in the camera: a lens needs one";
-            let help = "give focus_distance, or take aperture_radius away for a pinhole";
-            Err(reports.error_with(at, message, |_| Some(help.into())))
+            let message = "missing key \"focus_distance\" in the camera, which a lens needs";
+            let help = "add focus_distance, or remove aperture_radius for a pinhole";
+            Err(diagnostics.error_with(at, message, |_| Some(help.into())))
         }
         (focus_distance, _) => focus_distance,
     };
@@ -126,53 +129,53 @@ pub(super) fn camera(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
         focal_length,
         near: near?,
         aperture_radius: aperture_radius?,
-        // A pinhole renders every distance sharp.
+        // A pinhole renders every distance in focus.
         focus_distance: focus_distance?.unwrap_or(focal_length),
     })
 }
 
-/// The height of an orthographic camera's picture; none of another camera.
-fn orthographic_height(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Option<f64>> {
-    let is_orthographic = fields.get(&TYPE, reports)? == 1;
-    let height = fields.get_if_there(&HEIGHT, reports)?;
+/// The height of an orthographic camera's image; `None` for a perspective camera.
+fn orthographic_height(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Option<f64>> {
+    let is_orthographic = fields.get(&TYPE, diagnostics)? == 1;
+    let height = fields.get_if_there(&HEIGHT, diagnostics)?;
     match height {
         None if is_orthographic => {
-            let message = "missing key \"height\" in the camera: an orthographic one needs it";
-            Err(reports.error(fields.place_of(&TYPE), message))
+            let message = "missing key \"height\" in the camera, which an orthographic camera needs";
+            Err(diagnostics.error(fields.place_of(&TYPE), message))
         }
         Some(_) if !is_orthographic => {
-            let help = "type = \"orthographic\" has one; vertical_fov is what a perspective camera has";
+            let help = "use vertical_fov, or set type = \"orthographic\"";
             let message = "height is a key of an orthographic camera";
-            Err(reports.error_with(fields.place_of(&HEIGHT), message, |_| Some(help.into())))
+            Err(diagnostics.error_with(fields.place_of(&HEIGHT), message, |_| Some(help.into())))
         }
         Some(_) if fields.has(&VERTICAL_FOV) => {
-            let message = "an orthographic camera has a height, and no vertical_fov";
+            let message = "an orthographic camera has height instead of vertical_fov";
             let at = fields.place_of(&VERTICAL_FOV);
-            Err(reports.error_with(at, message, |_| Some("take vertical_fov away".into())))
+            Err(diagnostics.error_with(at, message, |_| Some("remove vertical_fov".into())))
         }
         height => Ok(height),
     }
 }
 
-/// The direction of view, of length one, and where the file says so.
+/// The unit viewing direction, and its position in the file.
 fn view_direction(
     fields: &Fields<'_, '_>,
     eye: Read<DVec3>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Read<(DVec3, usize)> {
-    let forward = fields.get(&FORWARD, reports);
-    let look_at = fields.find(&LOOK_AT, reports);
+    let forward = fields.get(&FORWARD, diagnostics);
+    let look_at = fields.find(&LOOK_AT, diagnostics);
     if !fields.has(&LOOK_AT) {
         return Ok((forward?, fields.place_of(&FORWARD)));
     }
     let at = fields.place_of(&LOOK_AT);
     if fields.has(&FORWARD) {
         let message = "the camera has both forward and look_at";
-        return Err(reports.error_with(at, message, |_| Some("keep one of them".into())));
+        return Err(diagnostics.error_with(at, message, |_| Some("keep one of them".into())));
     }
     let way = look_at?.map_or(DVec3::ZERO, |point| point) - eye?;
     if way == DVec3::ZERO {
-        return Err(reports.error(at, "look_at is the same point as eye: there is no direction of view"));
+        return Err(diagnostics.error(at, "look_at equals eye, which gives no viewing direction"));
     }
     Ok((unit(way), at))
 }

@@ -1,4 +1,4 @@
-//! The forms of values that several tables have in common.
+//! Value forms shared by several tables.
 
 use super::value::{Colour, Direction, NonZero, Vector};
 use crate::parameter::limits;

@@ -1,17 +1,17 @@
-//! Tables whose keys are declared with the shape, texture, material or light that they describe.
+//! Tables whose keys are declared by a shape, texture, material or light.
 
 use ::toml::de::DeValue;
 use serde_json::{Value as Json, json};
 
-use super::form::{Form, Value};
-use super::report::{Placed, Read, Reports};
+use super::form::{Value, ValueForm};
+use super::report::{Diagnostics, Placed, Read};
 use super::table::{self, AnyKey, Fields, Key};
 use super::value::{Colour, Direction, Flag, Integer, NonZero, OneWord, Pair, Vector, Word, wrong_type};
 use super::varying::{GreyOr, TwoWords};
 use crate::parameter::{self, Absence, Declaration, Family, ImageIndex, Parameter, ParameterKind, Varying};
 use crate::scene::description::Textured;
 
-/// What a file gives for a parameter.
+/// The value of a parameter in a file.
 pub(super) enum Given {
     Value(parameter::Value),
     /// The name of a material.
@@ -20,7 +20,7 @@ pub(super) enum Given {
     Texture(String),
 }
 
-/// What a name stands for.
+/// The target of a reference.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wanted {
     Material,
@@ -45,44 +45,48 @@ impl Slot {
     }
 }
 
-impl Form for Slot {
+impl ValueForm for Slot {
     type Output = Given;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Read<Given> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Read<Given> {
         use parameter::Value;
         // A number in quotes is a mistake.
         if let DeValue::String(word) = value.get_ref()
             && self.takes_names()
             && (self.kind == ParameterKind::Texture || word.trim().parse::<f64>().is_err())
         {
-            return Word.read(key, value, reports).map(Given::Texture);
+            return Word.read(key, value, diagnostics).map(Given::Texture);
         }
         let value = match self.kind {
             ParameterKind::Number(number) | ParameterKind::Amount(number) => {
-                Value::Number(number.read(key, value, reports)?)
+                Value::Number(number.read(key, value, diagnostics)?)
             }
-            ParameterKind::Texture => return Err(wrong_type(key, "the name of a texture", value, reports)),
-            ParameterKind::Pair(each) => Value::Pair(Pair(each).read(key, value, reports)?),
-            ParameterKind::Colour(each) => Value::Colour(Colour(each).read(key, value, reports)?),
-            ParameterKind::Vector(each) => Value::Vector(Vector(each).read(key, value, reports)?),
-            ParameterKind::NonZero(each) => Value::Vector(NonZero(Vector(each)).read(key, value, reports)?),
+            ParameterKind::Texture => {
+                return Err(wrong_type(key, "the name of a texture", value, diagnostics));
+            }
+            ParameterKind::Pair(each) => Value::Pair(Pair(each).read(key, value, diagnostics)?),
+            ParameterKind::Colour(each) => Value::Colour(Colour(each).read(key, value, diagnostics)?),
+            ParameterKind::Vector(each) => Value::Vector(Vector(each).read(key, value, diagnostics)?),
+            ParameterKind::NonZero(each) => {
+                Value::Vector(NonZero(Vector(each)).read(key, value, diagnostics)?)
+            }
             ParameterKind::Direction(each) => {
-                Value::Vector(Direction(NonZero(Vector(each))).read(key, value, reports)?)
+                Value::Vector(Direction(NonZero(Vector(each))).read(key, value, diagnostics)?)
             }
-            ParameterKind::Material => return Word.read(key, value, reports).map(Given::Material),
+            ParameterKind::Material => return Word.read(key, value, diagnostics).map(Given::Material),
             ParameterKind::Varying(each) => {
-                Value::Varying(Varying::Colour(GreyOr(each).read(key, value, reports)?))
+                Value::Varying(Varying::Colour(GreyOr(each).read(key, value, diagnostics)?))
             }
             ParameterKind::Integer(least, most) => {
-                Value::Number(Integer { least, most }.read(key, value, reports)?.into())
+                Value::Number(Integer { least, most }.read(key, value, diagnostics)?.into())
             }
-            ParameterKind::Flag => Value::Flag(Flag.read(key, value, reports)?),
-            ParameterKind::Word(words) => Value::Word(OneWord(words).read(key, value, reports)?),
-            ParameterKind::Words(words) => Value::Words(TwoWords(words).read(key, value, reports)?),
+            ParameterKind::Flag => Value::Flag(Flag.read(key, value, diagnostics)?),
+            ParameterKind::Word(words) => Value::Word(OneWord(words).read(key, value, diagnostics)?),
+            ParameterKind::Words(words) => Value::Words(TwoWords(words).read(key, value, diagnostics)?),
             ParameterKind::Image => {
-                let name = Word.read(key, value, reports)?;
+                let name = Word.read(key, value, diagnostics)?;
                 let at = value.span().start;
-                Value::Image(ImageIndex(reports.image(&Placed { at, value: name })?))
+                Value::Image(ImageIndex(diagnostics.image(&Placed { at, value: name })?))
             }
         };
         Ok(Given::Value(value))
@@ -118,8 +122,8 @@ fn key(parameter: &Parameter, textured: bool) -> Key<Slot> {
     }
 }
 
-/// Whether numbers and colours of what is declared may be textures, in a family of which they may: not of a material that
-/// names others, which chooses among them.
+/// Whether the declaration's numbers and colours may be textures, in a family that allows them. Materials that only
+/// combine others do not.
 fn takes_textures(declaration: &Declaration, family_does: bool) -> bool {
     family_does && !declaration.parameters.iter().any(|parameter| parameter.kind == ParameterKind::Material)
 }
@@ -129,8 +133,8 @@ pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &
     declaration.parameters.iter().map(|parameter| parameter.name)
 }
 
-/// The schema of a declared table, in a family whose numbers and colours may be textures; it may have more keys.
-/// `common` declares the parameters that every member of the family has besides.
+/// The schema of a declared table, in a family whose numbers and colours may be textures; further keys may be added.
+/// `common` declares the parameters that every member of the family shares.
 pub(super) fn schema(
     declaration: &Declaration,
     common: Option<&Declaration>,
@@ -150,61 +154,61 @@ pub(super) fn schema(
     schema
 }
 
-/// The values of a declared table, in which materials and textures are still names. They are kept apart, so that a wrong
-/// value does not hide a wrong name.
+/// The values of a declared table, with unresolved names of materials and textures. Values and names are resolved
+/// separately, so that an error in one does not hide an error in the other.
 pub(super) struct Values {
-    /// The place of the declaration in its family.
+    /// The index of the declaration in its family.
     place: usize,
     pub(super) declaration: &'static Declaration,
-    /// Each with the byte where it stands.
+    /// Each value with its byte offset.
     given: Vec<(usize, Read<Given>)>,
-    /// What every member of the family has besides.
+    /// The parameters shared by the family.
     pub(super) common: Option<Box<Values>>,
 }
 
 impl Values {
-    /// Reads a table by the declaration at a place in its family, of which numbers and colours may be textures.
+    /// Reads a table by a declaration of its family, whose numbers and colours may be textures.
     pub(super) fn read(
         place: usize,
         declaration: &'static Declaration,
         textured: bool,
         fields: &Fields<'_, '_>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Values {
         let textured = takes_textures(declaration, textured);
         let read = |parameter| {
             let key = key(parameter, textured);
             let given = match parameter.absence {
-                Absence::Fine => fields.get_if_there(&key, reports).map(|given| match given {
+                Absence::Fine => fields.get_if_there(&key, diagnostics).map(|given| match given {
                     Some(given) => given,
                     None => Given::Value(parameter::Value::Absent),
                 }),
-                _ => fields.get(&key, reports),
+                _ => fields.get(&key, diagnostics),
             };
             (fields.place_of(&key), given)
         };
         Values { place, declaration, given: declaration.parameters.iter().map(read).collect(), common: None }
     }
 
-    /// What the values describe, and the parameters of it that are textures. `find` gives the index of what is wanted.
+    /// Builds the item, and returns its textured parameters. `find` resolves names to indices.
     pub(super) fn build<F: Family>(
         &self,
-        mut find: impl FnMut(Wanted, &Placed<String>, &mut Reports<'_>) -> Read<usize>,
-        reports: &mut Reports<'_>,
+        mut find: impl FnMut(Wanted, &Placed<String>, &mut Diagnostics<'_>) -> Read<usize>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Read<(F, Vec<Textured>)> {
         let mut outcome = Ok(());
         let mut values = Vec::with_capacity(self.given.len());
         let mut textures = Vec::new();
         for ((at, given), parameter) in self.given.iter().zip(self.declaration.parameters) {
-            let mut index = |wanted, name: &String, reports: &mut Reports<'_>| {
-                find(wanted, &Placed { at: *at, value: name.clone() }, reports)
+            let mut index = |wanted, name: &String, diagnostics: &mut Diagnostics<'_>| {
+                find(wanted, &Placed { at: *at, value: name.clone() }, diagnostics)
             };
             let value = match given {
                 Ok(Given::Value(value)) => Ok(*value),
                 Ok(Given::Material(name)) => {
-                    index(Wanted::Material, name, reports).map(parameter::Value::Material)
+                    index(Wanted::Material, name, diagnostics).map(parameter::Value::Material)
                 }
-                Ok(Given::Texture(name)) => index(Wanted::Texture, name, reports).map(|texture| {
+                Ok(Given::Texture(name)) => index(Wanted::Texture, name, diagnostics).map(|texture| {
                     if let ParameterKind::Varying(_) = parameter.kind {
                         return parameter::Value::Varying(Varying::Texture(texture));
                     }
@@ -221,7 +225,7 @@ impl Values {
         let mut warnings = Vec::new();
         let mut built = F::build(self.place, &values, &mut warnings);
         if built.is_ok() && !textures.is_empty() {
-            // What is a texture was unknown to the checks, which have found nothing.
+            // Textured values were unknown to the checks, which found no problem.
             for (value, parameter) in values.iter_mut().zip(self.declaration.parameters) {
                 if textures.iter().any(|textured| textured.parameter == parameter.name) {
                     *value = parameter.kind.stand_in().unwrap_or(*value);
@@ -231,16 +235,16 @@ impl Values {
         }
         let built = built.map_err(|problem| {
             let at = self.place_of(problem.parameter);
-            reports.error_with(at, problem.message.clone(), |_| problem.help.clone())
+            diagnostics.error_with(at, problem.message.clone(), |_| problem.help.clone())
         });
         for warning in warnings {
             let help = warning.help.as_deref().unwrap_or_default();
-            reports.warn(Some(self.place_of(warning.parameter)), warning.message.clone(), help);
+            diagnostics.warn(Some(self.place_of(warning.parameter)), warning.message.clone(), help);
         }
         outcome.and(built).map(|built| (built, textures))
     }
 
-    /// Where the value of a parameter stands.
+    /// The position of a parameter's value.
     pub(super) fn place_of(&self, parameter: &str) -> usize {
         let common = self.common.as_deref();
         let all = [Some(self), common].into_iter().flatten();
@@ -251,12 +255,12 @@ impl Values {
         *at
     }
 
-    /// The same of what names nothing.
-    pub(super) fn build_alone<F: Family>(&self, reports: &mut Reports<'_>) -> Read<F> {
-        let none = |_, name: &Placed<String>, reports: &mut Reports<'_>| {
-            Err(reports.error(name.at, "only materials name materials"))
+    /// The same for an item without references.
+    pub(super) fn build_alone<F: Family>(&self, diagnostics: &mut Diagnostics<'_>) -> Read<F> {
+        let none = |_, name: &Placed<String>, diagnostics: &mut Diagnostics<'_>| {
+            Err(diagnostics.error(name.at, "only materials name materials"))
         };
-        self.build(none, reports).map(|(built, _)| built)
+        self.build(none, diagnostics).map(|(built, _)| built)
     }
 }
 
@@ -267,7 +271,7 @@ mod tests {
     use glam::DVec3;
     use std::collections::HashSet;
 
-    /// Of one family: that fields have types of their kinds, and that defaults can be read.
+    /// For a family: fields have the types of their kinds, and defaults can be read.
     fn is_sound<F: Family>() {
         for (place, declaration) in F::DECLARATIONS.iter().enumerate() {
             let unknown: Vec<_> =
@@ -282,9 +286,9 @@ mod tests {
                 assert!(!parameter.about.is_empty() && parameter.about.trim() == parameter.about);
                 let Absence::Means(default) = parameter.absence else { continue };
                 let value = DeValue::parse(default).unwrap_or_else(|error| panic!("{default}: {error}"));
-                let mut reports = Reports::alone(default);
+                let mut diagnostics = Diagnostics::alone(default);
                 let slot = Slot { kind: parameter.kind, textured: true };
-                let read = slot.read(parameter.name, &value, &mut reports).ok();
+                let read = slot.read(parameter.name, &value, &mut diagnostics).ok();
                 let Some(Given::Value(read)) = read else { panic!("{default} of {}", parameter.name) };
                 assert!(parameter.uncounted.is_none_or(|value| value == read), "{default}");
             }
@@ -295,7 +299,7 @@ mod tests {
         assert_eq!(names.len(), F::DECLARATIONS.len());
     }
 
-    /// Some values of a kind, of which some fit others badly.
+    /// Some values of a kind, some of which conflict with others.
     fn examples(kind: ParameterKind) -> Vec<parameter::Value> {
         use parameter::Value;
         let numbers = |limits: parameter::Number| {
@@ -324,23 +328,23 @@ mod tests {
         }
     }
 
-    /// The parameters that problems and warnings about values name.
+    /// The parameters that errors and warnings name.
     fn named<F: Family>(place: usize, values: &[parameter::Value]) -> Vec<&'static str> {
         let mut warnings = Vec::new();
         let problem = F::build(place, values, &mut warnings).err();
         problem.into_iter().chain(warnings).map(|problem| problem.parameter).collect()
     }
 
-    /// Of one family: that what checks find is about a parameter that exists, and does not hang on a value that is
-    /// unknown. Of several errors a check finds the first, so that without the value of that one it may find another.
-    /// Adds the declarations and parameters about which something was found.
+    /// For a family: checks report only existing parameters, and no problem depends on an unknown value. A check
+    /// reports the first of several errors, so that without that value it may report another. Adds the declarations and
+    /// parameters with reported problems.
     fn checks_are_sound<F: Family>(found: &mut HashSet<(&'static str, &'static str)>) {
         for (place, declaration) in F::DECLARATIONS.iter().enumerate() {
             let mut combinations = vec![Vec::new()];
             for parameter in declaration.parameters {
                 let mut examples = examples(parameter.kind);
                 if parameter.absence == Absence::Fine {
-                    // Not all of them, as several such parameters have many combinations.
+                    // Not all combinations, of which there may be many.
                     examples.truncate(2);
                     examples.push(parameter::Value::Absent);
                 }
@@ -368,10 +372,10 @@ mod tests {
                     }
                     let mut unread = values.clone();
                     unread[i] = parameter.kind.unknown();
-                    let told = named::<F>(place, &unread);
+                    let reported = named::<F>(place, &unread);
                     assert!(
-                        told.iter().all(|told| problems.contains(told) || is_wrong),
-                        "{told:?} of {}, without {}: {values:?}",
+                        reported.iter().all(|reported| problems.contains(reported) || is_wrong),
+                        "{reported:?} of {}, without {}: {values:?}",
                         declaration.what,
                         parameter.name
                     );

@@ -1,4 +1,4 @@
-//! The keys of entities, and what is made of them: parts of meshes become entities of their own.
+//! The keys of entities, and their conversion: parts of meshes become separate entities.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use super::common::RADIANCE;
 use super::materials::find;
 use super::one_of::OneOf;
-use super::report::{Placed, Read, Reports};
+use super::report::{Diagnostics, Placed, Read};
 use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
 use super::table::{At, Fields, Key, Table};
 use super::textures::TextureNames;
@@ -22,22 +22,22 @@ use crate::scene::names::Names;
 use crate::scene::spelling::quote;
 use crate::shape::Piece;
 
-/// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
-/// wrong material.
+/// An entity with the name of its material. Shape and material are read separately, so that an error in one does not
+/// hide an error in the other.
 pub(super) struct RawEntity {
     name: Read<Option<Placed<String>>>,
     shape: Read<RawShape>,
-    /// Where the shape stands.
+    /// The position of the shape.
     at_shape: usize,
     material: Read<Placed<String>>,
     emission: Read<Emission>,
     flip_normal: Read<bool>,
 }
 
-/// What an entity emits.
+/// The emission of an entity.
 enum Emission {
     Radiance(ColourOrName),
-    /// In all, in W.
+    /// Total power, in W.
     Power(Placed<Colour>),
 }
 
@@ -47,55 +47,55 @@ pub(super) static ENTITY_TABLE: Table = Table {
     rules: r#"{ "not": { "required": ["emission", "power"] } }"#,
 };
 
-static NAME: Key<At<Word>> = Key::optional("name", At(Word), "What messages call the entity.");
-static SHAPE: Key<OneOf<RawShape>> = Key::required("shape", SHAPES, "The entity's form and place.");
+static NAME: Key<At<Word>> = Key::optional("name", At(Word), "The name of the entity in messages.");
+static SHAPE: Key<OneOf<RawShape>> = Key::required("shape", SHAPES, "The shape of the entity.");
 static ENTITY_MATERIAL: Key<At<Word>> = Key::required(
     "material",
     At(Word),
-    "The name of the entity's material; of a mesh, that of parts for which its materials name no other.",
+    "The name of the entity's material; for a mesh, the material of all parts that its materials do not list.",
 );
 static EMISSION: Key<ColourOr> = Key::default(
     "emission",
     ColourOr(RADIANCE),
     "[0, 0, 0]",
-    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Points of quads and boxes are drawn in proportion to it; the light of other shapes paths find by chance, and whitted only where it looks. Emission is always of a picture's finest level, whatever its mipmap.",
+    "Radiance emitted on the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Textured quads and boxes are sampled in proportion to the texture. Paths find the textured emission of other shapes by chance only. Emission ignores mipmaps.",
 );
 static POWER: Key<At<value::Colour>> = Key::optional(
     "power",
     At(value::Colour(INTENSITY)),
-    "The flux that leaves the outward side in all, in W, instead of emission: red, green, blue.",
+    "The total flux emitted on the outward side, in W: red, green, blue. It replaces emission.",
 );
 static FLIP_NORMAL: Key<Flag> = Key::default(
     "flip_normal",
     Flag,
     "false",
-    "Turns the outward side, which the shape's description names; of a mesh it is that from which a triangle's corners run counter-clockwise.",
+    "Swaps the outward side and the inward side. Each shape defines its outward side; for a mesh, it is the side from which a triangle's corners run counter-clockwise.",
 );
 
-pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawEntity> {
+pub(super) fn entity(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<RawEntity> {
     Ok(RawEntity {
-        name: fields.find(&NAME, reports),
-        shape: fields.get(&SHAPE, reports),
+        name: fields.find(&NAME, diagnostics),
+        shape: fields.get(&SHAPE, diagnostics),
         at_shape: fields.place_of(&SHAPE),
-        material: fields.get(&ENTITY_MATERIAL, reports),
-        emission: emission(fields, reports),
-        flip_normal: fields.get(&FLIP_NORMAL, reports),
+        material: fields.get(&ENTITY_MATERIAL, diagnostics),
+        emission: emission(fields, diagnostics),
+        flip_normal: fields.get(&FLIP_NORMAL, diagnostics),
     })
 }
 
-fn emission(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Emission> {
-    let (radiance, power) = (fields.get(&EMISSION, reports), fields.get_if_there(&POWER, reports)?);
+fn emission(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Emission> {
+    let (radiance, power) = (fields.get(&EMISSION, diagnostics), fields.get_if_there(&POWER, diagnostics)?);
     match power {
         Some(power) if fields.has(&EMISSION) => {
             let message = "the entity has both emission and power";
-            Err(reports.error_with(power.at, message, |_| Some("keep one of them".into())))
+            Err(diagnostics.error_with(power.at, message, |_| Some("keep one of them".into())))
         }
         Some(power) => Ok(Emission::Power(power)),
         None => radiance.map(Emission::Radiance),
     }
 }
 
-/// The area of a shape's surface.
+/// The area of a shape.
 fn area(shape: &Shape) -> f64 {
     if let Shape::Mesh { mesh, transform } = shape {
         let corner = |index: u32| {
@@ -111,37 +111,37 @@ fn area(shape: &Shape) -> f64 {
     shape.pieces().iter().map(|piece| f64::from(piece.surface().area)).sum()
 }
 
-/// Whether a shape that emits a texture is no light that is sampled, where it would be one if it emitted a colour.
+/// Whether a shape with textured emission is not sampled, although it would be with a constant emission.
 fn is_found_by_chance(shape: &Shape) -> bool {
     matches!(shape, Shape::Mesh { .. })
         || shape.pieces().iter().any(|piece| !matches!(piece, Piece::Quad(_) | Piece::Plane(_)))
 }
 
-/// The radiance of a matte emitter of so much power and area: Φ = π·A·L.
-fn radiance(power: &Placed<Colour>, area: f64, reports: &mut Reports<'_>) -> Read<Colour> {
+/// The radiance of a Lambertian emitter with a given power and area: Φ = π·A·L.
+fn radiance(power: &Placed<Colour>, area: f64, diagnostics: &mut Diagnostics<'_>) -> Read<Colour> {
     if !(area > 0.0 && area.is_finite()) {
-        let message = "power needs a surface that is bounded and has an area";
-        return Err(reports.error_with(power.at, message, |_| Some("give emission instead".into())));
+        let message = "power needs a bounded surface with an area";
+        return Err(diagnostics.error_with(power.at, message, |_| Some("give emission instead".into())));
     }
     let radiance = power.value.map(|power| power / (area * PI));
     match radiance.iter().copied().find(|&channel| channel > RADIANCE.0.most) {
         Some(most) => {
             let message = format!("power gives a radiance of {most:.2e}, above {}", RADIANCE.0.most);
-            Err(reports.error(power.at, message))
+            Err(diagnostics.error(power.at, message))
         }
         None => Ok(radiance),
     }
 }
 
-/// Entities whose materials are indices.
+/// Entities with the indices of their materials.
 #[derive(Default)]
 pub(super) struct Linked {
     pub(super) entities: Vec<Entity>,
-    /// Where each names its material.
+    /// The positions of their materials' names.
     pub(super) places: Vec<usize>,
-    /// The materials that are named.
+    /// The materials that are used.
     pub(super) used: Vec<usize>,
-    /// The entities that a transform takes to their places.
+    /// The entities with a transform, each of which becomes a group.
     pub(super) placed: Vec<Placed<(usize, DAffine3)>>,
 }
 
@@ -153,7 +153,7 @@ pub(super) struct OfFiles {
 }
 
 impl OfFiles {
-    /// None yet, after so many of the scene's own.
+    /// Empty, following a number of the scene's own materials.
     pub(super) fn after(first: usize) -> OfFiles {
         OfFiles { first, materials: Vec::new(), seen: HashMap::new() }
     }
@@ -170,27 +170,27 @@ impl OfFiles {
     }
 }
 
-/// Resolves material names to indices in the order of the file. Parts of meshes become entities of their own. Each comes
-/// with the group that it is within.
+/// Resolves material names to indices in the order of the file. Parts of meshes become separate entities. Each comes
+/// with the group that contains it.
 pub(super) fn link_entities(
     raw: Vec<(Option<usize>, RawEntity)>,
     materials: &Names<'_>,
     textures: &TextureNames<'_>,
     of_files: &mut OfFiles,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Read<Linked> {
     let mut seen = HashMap::new();
     let Linked { mut entities, mut places, mut used, mut placed } = Linked::default();
     let mut outcome = Ok(());
     for (i, (within, raw)) in raw.into_iter().enumerate() {
         let place = raw.material.as_ref().map_or(0, |name| name.at);
-        let material = raw.material.and_then(|name| find(&name, materials, reports));
+        let material = raw.material.and_then(|name| find(&name, materials, diagnostics));
         if let Ok(Some(name)) = &raw.name
             && let Some(first) = seen.insert(name.value.clone(), i + 1)
         {
-            // Legal: nothing refers to an entity by name but messages, which would be ambiguous.
+            // Legal: only messages refer to entities by name.
             let message = format!("entity {} has the name of entity {first}, {}", i + 1, quote(&name.value));
-            reports.warn(Some(name.at), message, "messages will not tell them apart");
+            diagnostics.warn(Some(name.at), message, "messages cannot distinguish them");
         }
         let link = || {
             let (shape, material) = (raw.shape?, material?);
@@ -205,32 +205,32 @@ pub(super) fn link_entities(
             };
             if within.is_some() && parts.iter().any(|part| matches!(part.shape, Shape::Plane(_))) {
                 let help = || "a quad is a part of a plane".to_owned();
-                return Err(reports.error_with(raw.at_shape, PLANE, |_| Some(help())));
+                return Err(diagnostics.error_with(raw.at_shape, PLANE, |_| Some(help())));
             }
             let (emission, emission_texture) = match emission {
                 Emission::Radiance(ColourOrName::Colour(radiance)) => (radiance, None),
                 Emission::Radiance(ColourOrName::Name(name)) => {
-                    let texture = textures.find(&name, reports)?;
+                    let texture = textures.find(&name, diagnostics)?;
                     if parts.iter().any(|part| is_found_by_chance(&part.shape)) {
-                        let message = "only quads and boxes that emit a texture are sampled as lights";
-                        reports.warn(
+                        let message = "with textured emission, only quads and boxes are sampled as lights";
+                        diagnostics.warn(
                             Some(name.at),
                             message,
-                            "paths find the light of other shapes by chance",
+                            "paths find the emission of other shapes by chance",
                         );
                     }
                     ([0.0; 3], Some(texture))
                 }
                 Emission::Power(power) if transform.is_some() => {
-                    let message = "power needs a shape without a transform, which may change its area";
+                    let message =
+                        "power needs a shape without a transform, as a transform may change its area";
                     let help = "give emission instead".to_owned();
-                    return Err(reports.error_with(power.at, message, |_| Some(help)));
+                    return Err(diagnostics.error_with(power.at, message, |_| Some(help)));
                 }
                 Emission::Power(power) if within.is_some() => {
-                    let message =
-                        "power needs a surface that stands in one place, and a group may stand in many";
+                    let message = "power needs a surface outside of groups, which may have many instances";
                     let help = "give emission instead".to_owned();
-                    return Err(reports.error_with(power.at, message, |_| Some(help)));
+                    return Err(diagnostics.error_with(power.at, message, |_| Some(help)));
                 }
                 Emission::Power(power) => {
                     let is_own = |part: &&RawPart| match &part.material {
@@ -238,7 +238,7 @@ pub(super) fn link_entities(
                         RawMaterial::Entity | RawMaterial::Named(_) => true,
                     };
                     let area = parts.iter().filter(is_own).map(|part| area(&part.shape)).sum();
-                    (radiance(&power, area, reports)?, None)
+                    (radiance(&power, area, diagnostics)?, None)
                 }
             };
             used.push(material);
@@ -249,7 +249,7 @@ pub(super) fn link_entities(
                 let mut emission_texture = emission_texture;
                 let (material, emission) = match part.material {
                     RawMaterial::Entity => (material, emission),
-                    RawMaterial::Named(name) => match find(&name, materials, reports) {
+                    RawMaterial::Named(name) => match find(&name, materials, diagnostics) {
                         Ok(material) => (material, emission),
                         Err(reported) => {
                             linked = Err(reported);

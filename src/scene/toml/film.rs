@@ -1,7 +1,7 @@
-//! The keys of the film, and what is made of them.
+//! The keys of the film, and their conversion.
 
 use super::one_of::{OneOf, Variant, WordOr};
-use super::report::{Read, Reports};
+use super::report::{Diagnostics, Read};
 use super::table::{Fields, Key, Table};
 use super::value::{Choice, Integer};
 use crate::parameter::Number;
@@ -12,22 +12,26 @@ pub(super) static FILM_TABLE: Table =
 
 const SIDE: Integer = Integer { least: 1, most: LONGEST_SIDE };
 
-static WIDTH: Key<Integer> = Key::default("width", SIDE, "640", "Pixels in a row.");
+static WIDTH: Key<Integer> = Key::default("width", SIDE, "640", "The width of the image in pixels.");
 static HEIGHT: Key<Integer> = Key::default("height", SIDE, "480", "Rows of pixels.");
-static EXPOSURE: Key<Number> =
-    Key::default("exposure", EXPOSURES, "0", "Stops: PNG and window show radiance times 2 to this power.");
+static EXPOSURE: Key<Number> = Key::default(
+    "exposure",
+    EXPOSURES,
+    "0",
+    "The exposure of PNG files and the window, in stops: radiance is multiplied by 2 to this power.",
+);
 static TONE: Key<Choice<Tone>> = Key::default(
     "tone",
     Choice::NEW,
     "\"srgb\"",
-    "The curve of PNG and window: srgb (clipped at white) or filmic (highlights roll off).",
+    "The tone curve of PNG files and the window: srgb (clipped at white) or filmic (with a highlight roll-off).",
 );
 
 static FILTER: Key<WordOr<Filter>> = Key::default(
     "filter",
     FILTERS,
     "\"tent\"",
-    "The reconstruction filter: none (pixel centres), box, tent, gaussian, mitchell, blackman-harris or lanczos; or a table that gives its radius.",
+    "The reconstruction filter: none (pixel centres), box, tent, gaussian, mitchell, blackman-harris or lanczos; or a table with its type and radius.",
 );
 
 const FILTERS: WordOr<Filter> = WordOr(OneOf {
@@ -62,31 +66,39 @@ static GAUSSIAN_RADIUS: Key<Number> =
 static SIGMA: Key<Number> = Key::default("sigma", Filter::SIGMAS, "0.5", "Standard deviation in pixels.");
 static MITCHELL_RADIUS: Key<Number> =
     Key::default("radius", Filter::RADII, "2.0", "Half the filter's width in pixels.");
-static MITCHELL_B: Key<Number> =
-    Key::default("b", Filter::SHARES, "0.3333333333333333", "Mitchell and Netravali's B: 1 blurs.");
-static MITCHELL_C: Key<Number> =
-    Key::default("c", Filter::SHARES, "0.3333333333333333", "Mitchell and Netravali's C: 1 rings.");
+static MITCHELL_B: Key<Number> = Key::default(
+    "b",
+    Filter::SHARES,
+    "0.3333333333333333",
+    "The parameter B of Mitchell and Netravali; larger values blur.",
+);
+static MITCHELL_C: Key<Number> = Key::default(
+    "c",
+    Filter::SHARES,
+    "0.3333333333333333",
+    "The parameter C of Mitchell and Netravali; larger values ring.",
+);
 static BLACKMAN_HARRIS_RADIUS: Key<Number> =
     Key::default("radius", Filter::RADII, "1.5", "Half the filter's width in pixels.");
 static LANCZOS_RADIUS: Key<Number> = Key::default(
     "radius",
     Filter::RADII,
     "3.0",
-    "Half the filter's width in pixels: the lobes on each side of its middle.",
+    "Half the filter's width in pixels, which is the number of lobes on each side.",
 );
 static MODE: Key<Choice<FilmMode>> = Key::optional(
     "mode",
     Choice::NEW,
-    "How samples are filtered: importance (each pixel draws its own from the filter) or continuous (each sample lands on every pixel within the filter's reach); the filter decides if this is absent.",
+    "How samples are filtered: importance (each pixel draws its own samples from the filter) or continuous (each sample contributes to every pixel within the filter's radius). The default depends on the filter.",
 );
 
-pub(super) fn film(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<FilmSettings> {
-    let width = fields.get(&WIDTH, reports);
-    let height = fields.get(&HEIGHT, reports);
-    let exposure = fields.get(&EXPOSURE, reports);
-    let tone = fields.get(&TONE, reports);
-    let filter = fields.get(&FILTER, reports);
-    let mode = fields.find(&MODE, reports);
+pub(super) fn film(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<FilmSettings> {
+    let width = fields.get(&WIDTH, diagnostics);
+    let height = fields.get(&HEIGHT, diagnostics);
+    let exposure = fields.get(&EXPOSURE, diagnostics);
+    let tone = fields.get(&TONE, diagnostics);
+    let filter = fields.get(&FILTER, diagnostics);
+    let mode = fields.find(&MODE, diagnostics);
     let film = FilmSettings {
         width: width?,
         height: height?,
@@ -100,40 +112,40 @@ pub(super) fn film(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<F
         Some(problem) => {
             let given = fields.has(&MODE);
             let at = if given { fields.place_of(&MODE) } else { fields.place_of(&FILTER) };
-            Err(reports.error(at, problem))
+            Err(diagnostics.error(at, problem))
         }
     }
 }
 
-fn no_filter(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Filter> {
+fn no_filter(_: &Fields<'_, '_>, _: &mut Diagnostics<'_>) -> Read<Filter> {
     Ok(Filter::None)
 }
 
-fn box_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
-    Ok(Filter::Box { radius: fields.get(&BOX_RADIUS, reports)? })
+fn box_filter(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Filter> {
+    Ok(Filter::Box { radius: fields.get(&BOX_RADIUS, diagnostics)? })
 }
 
-fn tent_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
-    Ok(Filter::Tent { radius: fields.get(&TENT_RADIUS, reports)? })
+fn tent_filter(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Filter> {
+    Ok(Filter::Tent { radius: fields.get(&TENT_RADIUS, diagnostics)? })
 }
 
-fn gaussian_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
-    let radius = fields.get(&GAUSSIAN_RADIUS, reports);
-    let sigma = fields.get(&SIGMA, reports);
+fn gaussian_filter(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Filter> {
+    let radius = fields.get(&GAUSSIAN_RADIUS, diagnostics);
+    let sigma = fields.get(&SIGMA, diagnostics);
     Ok(Filter::Gaussian { radius: radius?, sigma: sigma? })
 }
 
-fn mitchell_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
-    let radius = fields.get(&MITCHELL_RADIUS, reports);
-    let b = fields.get(&MITCHELL_B, reports);
-    let c = fields.get(&MITCHELL_C, reports);
+fn mitchell_filter(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Filter> {
+    let radius = fields.get(&MITCHELL_RADIUS, diagnostics);
+    let b = fields.get(&MITCHELL_B, diagnostics);
+    let c = fields.get(&MITCHELL_C, diagnostics);
     Ok(Filter::Mitchell { radius: radius?, b: b?, c: c? })
 }
 
-fn blackman_harris_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
-    Ok(Filter::BlackmanHarris { radius: fields.get(&BLACKMAN_HARRIS_RADIUS, reports)? })
+fn blackman_harris_filter(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Filter> {
+    Ok(Filter::BlackmanHarris { radius: fields.get(&BLACKMAN_HARRIS_RADIUS, diagnostics)? })
 }
 
-fn lanczos_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
-    Ok(Filter::Lanczos { radius: fields.get(&LANCZOS_RADIUS, reports)? })
+fn lanczos_filter(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Filter> {
+    Ok(Filter::Lanczos { radius: fields.get(&LANCZOS_RADIUS, diagnostics)? })
 }

@@ -1,4 +1,4 @@
-//! Groups of surfaces, and where they stand.
+//! The keys of groups and instances, and their conversion.
 //!
 //! ```toml
 //! [[groups.tree.entities]]
@@ -25,7 +25,7 @@ use std::collections::HashMap;
 use glam::DAffine3;
 
 use super::entity::{ENTITY_TABLE, RawEntity, entity};
-use super::report::{Placed, Read, Reported, Reports};
+use super::report::{Diagnostics, Placed, Read, Reported};
 use super::shape::{TRANSFORM_TABLE, transform};
 use super::table::{At, Block, Fields, Key, ListOf, Named, Table};
 use super::value::Word;
@@ -34,18 +34,18 @@ use crate::scene::groups::{Broken, broken};
 use crate::scene::names::{self, Disorder, MAX_NESTING, Names};
 use crate::scene::spelling::quote;
 
-/// What a group holds.
+/// The contents of a group.
 pub(super) struct RawGroup {
     entities: Read<Vec<RawEntity>>,
     instances: Read<Vec<RawInstance>>,
 }
 
-/// An instance whose group is still a name.
+/// An instance with the name of its group.
 pub(super) struct RawInstance {
     name: Read<Option<Placed<String>>>,
     group: Read<Placed<String>>,
     transform: Read<DAffine3>,
-    /// Where the transform stands.
+    /// The position of the transform.
     at: usize,
 }
 
@@ -55,45 +55,48 @@ static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
     "entities",
     ListOf(Block { table: &ENTITY_TABLE, build: entity }),
     "[]",
-    "The surfaces of the group, in its own space. Meshes, quads and boxes that emit are sampled as lights at each place of the group. Spheres, disks and cylinders are too, if every place scales them equally along all axes, and does not turn them where their material depends on uv. Paths find the light of others by chance.",
+    "The surfaces of the group, in its own space. An emissive mesh, quad or box is sampled as a light in every instance. Another emissive shape is sampled if all instances scale it uniformly and, for a material with uv, do not rotate it. Paths find other emission by chance only.",
 );
 static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
     "instances",
     ListOf(Block { table: &INSTANCE_TABLE, build: instance }),
     "[]",
-    "Where other groups stand in this one, which may hold further groups, but not itself.",
+    "Instances of other groups within this one. Groups may be nested, but not contain themselves.",
 );
 
 pub(super) static INSTANCE_TABLE: Table = Table::new("an instance", &[&NAME, &GROUP, &TRANSFORM]);
 
-static NAME: Key<At<Word>> = Key::optional("name", At(Word), "What messages call the instance.");
-static GROUP: Key<At<Word>> = Key::required("group", At(Word), "The name of the group that stands there.");
+static NAME: Key<At<Word>> = Key::optional("name", At(Word), "The name of the instance in messages.");
+static GROUP: Key<At<Word>> = Key::required("group", At(Word), "The name of the group.");
 static TRANSFORM: Key<Block<DAffine3>> = Key::default(
     "transform",
     Block { table: &TRANSFORM_TABLE, build: transform },
     "{}",
-    "From the group's space to that in which the instance stands: scale, then rotate, then translate; or a matrix.",
+    "The transform from the group's space to that of the instance: scale, then rotate, then translate; or a matrix.",
 );
 
-pub(super) fn group(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawGroup> {
-    Ok(RawGroup { entities: fields.get(&ENTITIES, reports), instances: fields.get(&INSTANCES, reports) })
+pub(super) fn group(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<RawGroup> {
+    Ok(RawGroup {
+        entities: fields.get(&ENTITIES, diagnostics),
+        instances: fields.get(&INSTANCES, diagnostics),
+    })
 }
 
-pub(super) fn instance(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawInstance> {
+pub(super) fn instance(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<RawInstance> {
     Ok(RawInstance {
-        name: fields.find(&NAME, reports),
-        group: fields.get(&GROUP, reports),
-        transform: fields.get(&TRANSFORM, reports),
+        name: fields.find(&NAME, diagnostics),
+        group: fields.get(&GROUP, diagnostics),
+        transform: fields.get(&TRANSFORM, diagnostics),
         at: fields.place_of(&TRANSFORM),
     })
 }
 
-/// Entities, each with the group that it is within, in the order of the file.
+/// Entities in the order of the file, each with the group that contains it.
 type Entities = Vec<(Option<usize>, RawEntity)>;
 
-/// The groups of a file, whose instances name each other still.
+/// The groups of a file, with instances that refer to groups by name.
 pub(super) struct Unlinked {
-    /// The names, and where they stand.
+    /// The names, with their positions.
     names: Vec<(String, usize)>,
     instances: Vec<(Option<usize>, RawInstance)>,
 }
@@ -104,13 +107,13 @@ pub(super) struct Linked {
     pub(super) instances: Vec<Instance>,
     /// The final index of each group in the order of the file.
     pub(super) index_of: Vec<usize>,
-    pub(super) places: Places,
+    pub(super) places: GroupOffsets,
 }
 
-/// Where groups and instances stand in the file.
-pub(super) struct Places {
+/// The positions of groups and instances in the file.
+pub(super) struct GroupOffsets {
     groups: Vec<usize>,
-    /// The transforms of the instances.
+    /// The positions of the instances' transforms.
     instances: Vec<usize>,
 }
 
@@ -132,8 +135,8 @@ pub(super) fn split(
     Ok((all, unlinked))
 }
 
-/// Puts groups in an order in which each comes after those that it holds, and resolves their names.
-pub(super) fn link(unlinked: Unlinked, reports: &mut Reports<'_>) -> Read<Linked> {
+/// Sorts groups so that each follows those that it contains, and resolves their names.
+pub(super) fn link(unlinked: Unlinked, diagnostics: &mut Diagnostics<'_>) -> Read<Linked> {
     let Unlinked { names, instances } = unlinked;
     let known = Names::of("groups", names.iter().map(|(name, _)| name.as_str()));
     let mut edges = vec![Vec::new(); names.len()];
@@ -144,7 +147,7 @@ pub(super) fn link(unlinked: Unlinked, reports: &mut Reports<'_>) -> Read<Linked
     for (i, (within, raw)) in instances.into_iter().enumerate() {
         let resolve = || {
             let (group, name, transform) = (raw.group?, raw.name?, raw.transform?);
-            let index = find(&group, &known, reports)?;
+            let index = find(&group, &known, diagnostics)?;
             if let Some(within) = within {
                 edges[within].push(index);
                 edge_places[within].push(group.at);
@@ -160,12 +163,12 @@ pub(super) fn link(unlinked: Unlinked, reports: &mut Reports<'_>) -> Read<Linked
     let order = names::order(&edges, |disorder| match disorder {
         Disorder::Circle { nodes, last, edge } => {
             let message = format!("group contains itself: {}", known.circle(&nodes));
-            reports.error(edge_places[last][edge], message)
+            diagnostics.error(edge_places[last][edge], message)
         }
         Disorder::TooDeep(node) => {
             let (name, at) = &names[node];
-            let message = format!("group {} is nested more than {MAX_NESTING} deep", quote(name));
-            reports.error(*at, message)
+            let message = format!("group {} is nested more than {MAX_NESTING} levels deep", quote(name));
+            diagnostics.error(*at, message)
         }
     })?;
     let mut index_of = vec![0; names.len()];
@@ -175,13 +178,13 @@ pub(super) fn link(unlinked: Unlinked, reports: &mut Reports<'_>) -> Read<Linked
         instance.within = instance.within.map(|group| index_of[group]);
     }
     let groups: Vec<_> = order.iter().map(|&i| Group { name: names[i].0.clone() }).collect();
-    let places = Places { groups: order.iter().map(|&i| names[i].1).collect(), instances: places };
-    warn_of_unused(&groups, &linked, &places, reports);
+    let places = GroupOffsets { groups: order.iter().map(|&i| names[i].1).collect(), instances: places };
+    warn_of_unused(&groups, &linked, &places, diagnostics);
     Ok(Linked { groups, instances: linked, index_of, places })
 }
 
-/// Makes a group of one of every entity that a transform takes to its place, and an instance of it that stands where the
-/// entity was. Such groups come before those of the file.
+/// Replaces every entity that has a transform by an instance of a group that contains only this entity. These groups
+/// precede those of the file.
 pub(super) fn place_alone(
     entities: &mut [Entity],
     placed: Vec<Placed<(usize, DAffine3)>>,
@@ -207,18 +210,27 @@ pub(super) fn place_alone(
     groups.splice(0..0, alone);
 }
 
-/// The index, in the order of the file, of the group that the file names.
-fn find(name: &Placed<String>, known: &Names<'_>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
+/// The index, in the order of the file, of a group by its name.
+fn find(
+    name: &Placed<String>,
+    known: &Names<'_>,
+    diagnostics: &mut Diagnostics<'_>,
+) -> Result<usize, Reported> {
     known.find(&name.value).ok_or_else(|| {
-        reports.error_with(name.at, format!("no group {}", quote(&name.value)), |_| {
+        diagnostics.error_with(name.at, format!("no group {}", quote(&name.value)), |_| {
             let none = || "this file has no [groups.NAME]".into();
             Some(known.instead(&name.value).unwrap_or_else(none))
         })
     })
 }
 
-/// Warns of groups that stand nowhere.
-fn warn_of_unused(groups: &[Group], instances: &[Instance], places: &Places, reports: &mut Reports<'_>) {
+/// Warns of groups without instances.
+fn warn_of_unused(
+    groups: &[Group],
+    instances: &[Instance],
+    places: &GroupOffsets,
+    diagnostics: &mut Diagnostics<'_>,
+) {
     let mut used = vec![false; groups.len()];
     let mut held: HashMap<usize, Vec<usize>> = HashMap::new();
     for instance in instances {
@@ -227,7 +239,7 @@ fn warn_of_unused(groups: &[Group], instances: &[Instance], places: &Places, rep
             Some(within) => held.entry(within).or_default().push(instance.group),
         }
     }
-    // Groups come after those that they hold, so going backwards meets every holder first.
+    // Groups follow those that they contain, so in reverse order every container comes first.
     for group in (0..groups.len()).rev() {
         if used[group] {
             held.remove(&group).into_iter().flatten().for_each(|held| used[held] = true);
@@ -237,16 +249,16 @@ fn warn_of_unused(groups: &[Group], instances: &[Instance], places: &Places, rep
     unused.sort_unstable_by_key(|&group| places.groups[group]);
     for group in unused {
         let message = format!("group {} is not used", quote(&groups[group].name));
-        reports.warn(Some(places.groups[group]), message, "no instance places it");
+        diagnostics.warn(Some(places.groups[group]), message, "no instance refers to it");
     }
 }
 
-/// Reports what is wrong with where groups stand. `entities` are the places of the entities in the file.
+/// Reports invalid groups and instances. `entities` are the positions of the entities in the file.
 pub(super) fn check(
     scene: &Scene,
-    places: &Places,
+    places: &GroupOffsets,
     entities: &[usize],
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Read<()> {
     let mut outcome = Ok(());
     for broken in broken(scene) {
@@ -257,26 +269,26 @@ pub(super) fn check(
             Broken::Instance(i, message) => (places.instances[i], message),
             Broken::Entity(i, message) => (entities[i], message),
         };
-        outcome = Err(reports.error(at, message));
+        outcome = Err(diagnostics.error(at, message));
     }
     outcome
 }
 
-/// Warns of entities in groups that emit and are no lights that are sampled.
-pub(super) fn warn_of_chance(scene: &Scene, places: &[usize], reports: &mut Reports<'_>) {
+/// Warns of emissive entities in groups that are not sampled as lights.
+pub(super) fn warn_of_chance(scene: &Scene, places: &[usize], diagnostics: &mut Diagnostics<'_>) {
     if scene.groups.is_empty() {
         return;
     }
     let written = scene.written_out(&scene.group_places());
     for (i, entity) in scene.entities.iter().enumerate() {
-        // Of those that emit a texture it has been said.
+        // There are other warnings about textured emission.
         let emits = entity.emission.iter().any(|&channel| channel > 0.0);
         if entity.within.is_some() && emits && !written[i] {
             let message = format!(
-                "{} emits, and is turned with its pattern or squeezed where it stands: it is not sampled as a light",
+                "{} emits, but its instance scales it unevenly or rotates its textured material: it is not sampled as a light",
                 quote(&entity.name)
             );
-            reports.warn(Some(places[i]), message, "paths find its light by chance");
+            diagnostics.warn(Some(places[i]), message, "paths find its emission by chance");
         }
     }
 }

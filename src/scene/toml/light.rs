@@ -1,8 +1,8 @@
-//! Lights that are no surfaces.
+//! The keys of lights that are no surfaces.
 
 use super::declared::Values;
 use super::one_of::{Members, OneOf};
-use super::report::{Read, Reports};
+use super::report::{Diagnostics, Read};
 use super::table::Fields;
 use crate::parameter::Family;
 use crate::scene::description::Light;
@@ -19,6 +19,6 @@ pub(super) const LIGHT: OneOf<Light> = OneOf {
     variants: &[],
 };
 
-fn light(values: Values, _: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Light> {
-    values.build_alone(reports)
+fn light(values: Values, _: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Light> {
+    values.build_alone(diagnostics)
 }

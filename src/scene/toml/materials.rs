@@ -1,13 +1,13 @@
-//! Materials, and what is made of them: names become indices, each comes after the materials that it names, and none
-//! contains itself.
+//! The keys of materials, and their conversion: names become indices, each material follows those that it refers to,
+//! and none contains itself.
 
 use super::declared::{Values, Wanted};
 use super::one_of::{Members, OneOf};
 use super::order::order;
-use super::report::{Placed, Read, Reported, Reports};
+use super::report::{Diagnostics, Placed, Read, Reported};
 use super::table::Named;
 use super::textures::TextureNames;
-use crate::material::{Place, stands_alone};
+use crate::material::{ParameterSlot, is_evaluated_directly};
 use crate::parameter::{Declared, Family};
 use crate::scene::description::{
     ImageFile, Material, MaterialKind, Modifiers, Texture, TextureKind, Textured,
@@ -37,14 +37,14 @@ pub(super) fn names(materials: &RawMaterials) -> Names<'_> {
     Names::new(materials.iter().map(|material| material.name.as_str()))
 }
 
-/// The index, in the order of the file, of the material that the file names.
+/// The index, in the order of the file, of a material by its name.
 pub(super) fn find(
     name: &Placed<String>,
     names: &Names<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<usize, Reported> {
     names.find(&name.value).ok_or_else(|| {
-        reports.error_with(name.at, format!("no material {}", quote(&name.value)), |_| {
+        diagnostics.error_with(name.at, format!("no material {}", quote(&name.value)), |_| {
             let none = || "this file has no [materials.NAME]".into();
             Some(names.instead(&name.value).unwrap_or_else(none))
         })
@@ -58,20 +58,20 @@ pub(super) struct Resolved {
     pub(super) index_of: Vec<usize>,
 }
 
-/// Puts materials in order and resolves their names.
+/// Sorts materials and resolves their names.
 pub(super) fn resolve(
     raw: &RawMaterials,
     names: &Names<'_>,
     textures: &TextureNames<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<Resolved, Reported> {
     let mut edges = vec![Vec::new(); raw.len()];
     let kinds: Vec<_> = raw
         .iter()
         .zip(&mut edges)
-        .map(|(material, edges)| link(material, edges, names, textures, reports))
+        .map(|(material, edges)| link(material, edges, names, textures, diagnostics))
         .collect();
-    let order = order(raw, &edges, names, reports)?;
+    let order = order(raw, &edges, names, diagnostics)?;
 
     let mut index_of = vec![0; raw.len()];
     for (index, &i) in order.iter().enumerate() {
@@ -91,13 +91,13 @@ pub(super) fn resolve(
     for unknown in of_unknown_index(&materials) {
         let places = raw.iter().zip(&index_of).filter(|(_, index)| **index == unknown);
         for values in places.filter_map(|(material, _)| material.value.as_ref().ok()) {
-            outcome = Err(reports.error(values.place_of("ior"), unknown_index(&materials[unknown])));
+            outcome = Err(diagnostics.error(values.place_of("ior"), unknown_index(&materials[unknown])));
         }
     }
     outcome.map(|()| Resolved { materials, index_of })
 }
 
-/// A material whose names are indices.
+/// A material with the indices of its references.
 #[derive(Clone)]
 struct Linked {
     kind: MaterialKind,
@@ -105,31 +105,31 @@ struct Linked {
     modifiers: Modifiers,
 }
 
-/// Resolves a material's names to indices in the order of the file, and lists them as `edges`.
+/// Resolves a material's names to indices in the order of the file, and returns them as `edges`.
 fn link(
     material: &Named<Read<Values>>,
     edges: &mut Vec<Placed<usize>>,
     names: &Names<'_>,
     textures: &TextureNames<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<Linked, Reported> {
-    let mut find = |wanted, name: &Placed<String>, reports: &mut Reports<'_>| {
+    let mut find = |wanted, name: &Placed<String>, diagnostics: &mut Diagnostics<'_>| {
         if wanted == Wanted::Texture {
-            return textures.find(name, reports);
+            return textures.find(name, diagnostics);
         }
-        let index = find(name, names, reports)?;
+        let index = find(name, names, diagnostics)?;
         edges.push(Placed { at: name.at, value: index });
         Ok(index)
     };
     let values = material.value.as_ref().map_err(|reported| *reported)?;
-    let built = values.build(&mut find, reports);
-    let common = values.common.as_ref().map(|common| common.build::<Modifiers>(&mut find, reports));
+    let built = values.build(&mut find, diagnostics);
+    let common = values.common.as_ref().map(|common| common.build::<Modifiers>(&mut find, diagnostics));
     let (kind, mut textures): (MaterialKind, _) = built?;
     let mut outcome = Ok(());
     for Textured { parameter, .. } in &textures {
-        if !stands_alone(&kind, parameter) && Place::of(&kind, parameter).is_none() {
-            let message = format!("{parameter} of {} can be no texture", values.declaration.what);
-            outcome = Err(reports.error(values.place_of(parameter), message));
+        if !is_evaluated_directly(&kind, parameter) && ParameterSlot::of(&kind, parameter).is_none() {
+            let message = format!("{parameter} of {} cannot be a texture", values.declaration.what);
+            outcome = Err(diagnostics.error(values.place_of(parameter), message));
         }
     }
     let (modifiers, of_all) = common.transpose()?.unwrap_or_default();
@@ -137,31 +137,31 @@ fn link(
     outcome.map(|()| Linked { kind, textures, modifiers })
 }
 
-/// Warns of pictures that are decoded as colours where they are none.
+/// Warns of pictures that are decoded from sRGB for parameters that are not colours.
 pub(super) fn warn_of_encoded(
     raw: &RawMaterials,
     resolved: &Resolved,
     textures: &[Texture],
     images: &[ImageFile],
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) {
     for (material, &index) in raw.iter().zip(&resolved.index_of) {
         let Ok(values) = &material.value else { continue };
         let kind = &resolved.materials[index].kind;
         for Textured { parameter, texture } in &resolved.materials[index].textures {
-            if stands_alone(kind, parameter) && is_encoded(*texture, textures, images) {
+            if is_evaluated_directly(kind, parameter) && is_encoded(*texture, textures, images) {
                 let message = format!(
-                    "{parameter} is no colour, but texture {} has a picture that is decoded from sRGB",
+                    "{parameter} is not a colour, but the picture of texture {} is decoded from sRGB",
                     quote(&textures[*texture].name)
                 );
                 let help = "give the image color_space = \"data\"";
-                reports.warn(Some(values.place_of(parameter)), message, help);
+                diagnostics.warn(Some(values.place_of(parameter)), message, help);
             }
         }
     }
 }
 
-/// Whether a texture shows a picture that is decoded from sRGB, itself or by way of others.
+/// Whether a texture contains a picture that is decoded from sRGB, directly or indirectly.
 fn is_encoded(index: usize, textures: &[Texture], images: &[ImageFile]) -> bool {
     match &textures[index].kind {
         TextureKind::Image(image) => match image.color_space {
@@ -172,19 +172,19 @@ fn is_encoded(index: usize, textures: &[Texture], images: &[ImageFile]) -> bool 
             }),
             ColorSpace::Linear | ColorSpace::Data => false,
         },
-        // What a texture names comes before it, so that this ends.
+        // A texture follows those that it refers to, so the recursion ends.
         other => other.textures().any(|named| is_encoded(named, textures, images)),
     }
 }
 
-/// Warns of materials that no entity shows.
+/// Warns of unused materials.
 pub(super) fn warn_of_unused(
     raw: &RawMaterials,
     resolved: &Resolved,
     mut used: Vec<bool>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) {
-    // What a material names comes before it, so going backwards meets every user first.
+    // A material follows those that it refers to, so in reverse order every user comes first.
     for (i, material) in resolved.materials.iter().enumerate().rev() {
         if used[i] {
             material.named().for_each(|named| used[named] = true);
@@ -193,7 +193,7 @@ pub(super) fn warn_of_unused(
     for (material, &index) in raw.iter().zip(&resolved.index_of) {
         if !used[index] {
             let message = format!("material {} is not used", quote(&material.name));
-            reports.warn(Some(material.at), message, "no entity shows it");
+            diagnostics.warn(Some(material.at), message, "no entity uses it");
         }
     }
 }

@@ -1,25 +1,25 @@
 //! The reader of TOML scene files.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
-//! | `report` | errors and warnings with their places |
-//! | `form` | what a value may be |
-//! | `value` | the values themselves: numbers, vectors, words |
+//! | `report` | errors and warnings with their positions |
+//! | `form` | value forms |
+//! | `value` | simple values: numbers, vectors, words |
 //! | `varying` | values of textures, and values that may be textures |
-//! | `table` | the shapes that values come in: tables, lists |
-//! | `declared` | tables whose keys are declared with the shape, texture, material or light that they describe |
-//! | `one_of` | one of several tables |
-//! | `order` | the order of tables that name each other |
-//! | `common` | the forms of values that several tables have in common |
-//! | `film`, `camera`, `render`, `textures`, `materials`, `shape`, `entity`, `groups`, `light`, `environment` | the keys of a table, and what is made of them |
-//! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
+//! | `table` | tables and lists |
+//! | `declared` | tables whose keys are declared by a shape, texture, material or light |
+//! | `one_of` | tables selected by a `type` |
+//! | `order` | the order of tables that refer to each other |
+//! | `common` | value forms shared by several tables |
+//! | `film`, `camera`, `render`, `textures`, `materials`, `shape`, `entity`, `groups`, `light`, `environment` | the keys of a table, and their conversion |
+//! | `scene` | the tables of a file, and the resulting [`Scene`] |
 //! | `schema` | the JSON Schema |
 //!
 //! The reader and the JSON Schema both follow the tables of keys: name, form, default and description. Those of shapes,
 //! materials and lights come from [`crate::parameter`].
 //!
-//! Reading goes on after an error, so that all errors of a file are shown at once. A value that could not be
-//! read is a `report::Reported`, which only reporting an error can make: no error path yields a scene.
+//! Reading continues after an error, so that all errors of a file are reported together. An unreadable value is a
+//! `report::Reported`, which only reporting an error creates: no error path yields a scene.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
@@ -33,8 +33,8 @@ use super::fingerprint::Sources;
 use super::images::ImageCache;
 use super::mesh::cache::{MeshCache, Watch};
 use super::spelling;
-use form::{Form, Value};
-use report::Reports;
+use form::{Value, ValueForm};
+use report::Diagnostics;
 
 mod camera;
 mod common;
@@ -60,24 +60,24 @@ mod varying;
 
 pub use schema::schema;
 
-/// The largest scene file in bytes. Text of this size describes a hundred thousand entities.
+/// The maximum size of a scene file in bytes. Text of this size describes a hundred thousand entities.
 pub const MAX_FILE_SIZE: u64 = 16 << 20;
 
-/// A scene that can be rendered, and what seems unmeant about it.
+/// A scene that can be rendered, and warnings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
-    /// What is legal but surely unmeant, in the order of the file.
+    /// Warnings about legal but probably unintended input, in the order of the file.
     pub warnings: Vec<Diagnostic>,
-    /// The mesh files that it was read from.
+    /// The mesh files from which it was read.
     pub sources: Sources,
     /// The part of the film that is rendered if nothing else is asked for, as column, row, width and height: other formats
     /// have it in their files.
     pub crop: Option<[u32; 4]>,
 }
 
-/// Reads the scene file at `path`, and tells how far the files have been read that it names.
+/// Reads the scene file at `path`, with progress of reading the files that it refers to.
 pub fn load_watched(path: &Path, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
     let bytes = read_file(path)?;
     let text = decode(path, &bytes)?;
@@ -98,26 +98,26 @@ fn parse_watched<'a>(
     let document = Value::new(0..0, DeValue::Table(document));
     let folder = file_name.parent().unwrap_or(Path::new(""));
     let (meshes, images) = (MeshCache::new(folder, watch), ImageCache::new(folder));
-    let mut reports = Reports::new(text, meshes, images, scene::header_of);
-    // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
-    let scene = match reports.syntax_errors(&syntax_errors) {
-        Ok(()) => scene::SCENE.read("scene", &document, &mut reports),
+    let mut diagnostics = Diagnostics::new(text, meshes, images, scene::header_of);
+    // The parser's recovery from invalid TOML is a guess, and errors in a guess would mislead.
+    let scene = match diagnostics.syntax_errors(&syntax_errors) {
+        Ok(()) => scene::SCENE.read("scene", &document, &mut diagnostics),
         Err(reported) => Err(reported),
     };
     let loaded = match scene {
-        Ok(scene) if !reports.has_errors() => {
-            let sources = reports.sources();
-            Ok(Loaded { scene, warnings: reports.into_warnings(file_name), sources, crop: None })
+        Ok(scene) if !diagnostics.has_errors() => {
+            let sources = diagnostics.sources();
+            Ok(Loaded { scene, warnings: diagnostics.into_warnings(file_name), sources, crop: None })
         }
-        _ => Err(reports.into_errors(file_name)),
+        _ => Err(diagnostics.into_errors(file_name)),
     };
     dismantle(document);
     loaded
 }
 
-/// Parses TOML, going on after errors in files of a usual size.
+/// Parses TOML, with recovery from errors for files of moderate size.
 fn parse_toml(text: &str) -> (DeTable<'_>, Vec<SyntaxError>) {
-    // The parser keeps every error, and a large file of garbage has gigabytes of them.
+    // The parser stores every error; for a large invalid file, they take gigabytes.
     const RECOVERABLE: usize = 1 << 20;
     if text.len() <= RECOVERABLE {
         let (document, errors) = DeTable::parse_recoverable(text);
@@ -129,8 +129,8 @@ fn parse_toml(text: &str) -> (DeTable<'_>, Vec<SyntaxError>) {
     }
 }
 
-/// Drops a document without recursion: dotted keys inside inline tables nest thousands of tables within the
-/// parser's own limit, enough to overflow a small thread's stack.
+/// Drops a document without recursion: dotted keys inside inline tables nest thousands of tables within the parser's
+/// own limit, enough to overflow a small thread's stack.
 fn dismantle(document: Value<'_>) {
     let mut pending = vec![document.into_inner()];
     while let Some(value) = pending.pop() {
@@ -150,7 +150,7 @@ fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
     let fail = |message: String, help: Option<String>| Err(SceneErrors::one(path, None, message, help));
     let unreadable = |error: &std::io::Error| match error.kind() {
         ErrorKind::NotFound => fail("there is no such file".into(), similar_file(path)),
-        ErrorKind::PermissionDenied => fail("you have no permission to read this file".into(), None),
+        ErrorKind::PermissionDenied => fail("permission to read this file is denied".into(), None),
         _ => fail(format!("cannot be read: {error}"), None),
     };
     match fs::metadata(path) {
@@ -163,7 +163,7 @@ fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
         Ok(_) => {}
         Err(error) => return unreadable(&error),
     }
-    // The length is not asked for but met: a pipe or a device has none to tell.
+    // Read up to the limit, as pipes and devices have no length.
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes));
     match read {
@@ -179,11 +179,11 @@ fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
     }
 }
 
-/// A file beside `path` with nearly its name.
+/// A file in the folder of `path` with a similar name.
 fn similar_file(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_str()?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // A folder may hold millions of files; a hint is not worth reading them all.
+    // A folder may contain millions of files; a hint is not worth reading all of them.
     let beside: Vec<String> = fs::read_dir(folder)
         .ok()?
         .take(1000)

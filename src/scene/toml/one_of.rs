@@ -1,17 +1,17 @@
-//! One of several tables, or words that stand for them.
+//! Tables selected by a `type`, or by a word.
 
 use ::toml::de::{DeTable, DeValue};
 use serde_json::{Value as Json, json};
 
 use super::declared::{self, Values, names};
-use super::form::{Form, Value};
-use super::report::{Read, Reported, Reports};
+use super::form::{Value, ValueForm};
+use super::report::{Diagnostics, Read, Reported};
 use super::table::{AnyKey, Build, Fields, Table, expect_table};
 use super::value;
 use crate::parameter::Declaration;
 use crate::scene::spelling::{self, quote};
 
-/// One of the tables that a `type` key tells apart.
+/// One of the tables, with its `type`.
 pub(super) struct Variant<T: 'static> {
     pub(super) tag: &'static str,
     pub(super) table: &'static Table,
@@ -24,24 +24,24 @@ impl<T> Variant<T> {
     }
 }
 
-/// The members of a family, of which each is declared in a file of its own.
+/// The members of a family, each of which is declared in a file of its own.
 pub(super) struct Members<T: 'static> {
     pub(super) declarations: &'static [Declaration],
     /// Whether their numbers and colours may be textures.
     pub(super) textured: bool,
-    /// What every member has besides its own parameters.
+    /// The parameters that all members share.
     pub(super) common: Option<&'static Declaration>,
-    /// The keys that a member has beside its parameters.
+    /// Further keys of a member.
     pub(super) more: fn(&Declaration) -> &'static [&'static dyn AnyKey],
-    /// What becomes of the values, and of the table in which they stand.
-    pub(super) build: fn(Values, &Fields<'_, '_>, &mut Reports<'_>) -> Read<T>,
+    /// Converts the values and the table that contains them.
+    pub(super) build: fn(Values, &Fields<'_, '_>, &mut Diagnostics<'_>) -> Read<T>,
 }
 
-/// A table whose `type` says which keys it has.
+/// A table whose `type` determines its keys.
 pub(super) struct OneOf<T: 'static> {
-    /// What all of them are, without an article: "material".
+    /// The term for the family, without an article: "material".
     pub(super) what: &'static str,
-    /// Those that are declared elsewhere, listed before the others.
+    /// Declared members, listed before the others.
     pub(super) members: Option<Members<T>>,
     pub(super) variants: &'static [Variant<T>],
 }
@@ -51,12 +51,12 @@ impl<T> OneOf<T> {
         self.members.as_ref().map_or(&[], |members| members.declarations)
     }
 
-    /// Those that lists and the schema show.
+    /// The members in lists and in the schema.
     fn shown(&self) -> impl Iterator<Item = &'static Declaration> + Clone {
         self.declarations().iter().filter(|declaration| !declaration.is_hidden)
     }
 
-    /// The names of all keys of a member but its type and those that all members have.
+    /// The names of a member's keys, except `type` and the shared ones.
     fn keys_of(&self, declaration: &'static Declaration) -> impl Iterator<Item = &'static str> + Clone {
         names(declaration).chain(self.more(declaration).iter().map(|key| key.name()))
     }
@@ -71,22 +71,27 @@ impl<T> OneOf<T> {
             .chain(self.variants.iter().map(|variant| variant.tag))
     }
 
-    fn pick(&self, tag: &str, at: usize, reports: &mut Reports<'_>) -> Result<&'static Variant<T>, Reported> {
+    fn pick(
+        &self,
+        tag: &str,
+        at: usize,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<&'static Variant<T>, Reported> {
         match self.variants.iter().find(|variant| variant.tag == tag) {
             Some(variant) => Ok(variant),
             None => {
                 let what = format!("{} type", self.what);
-                Err(value::unknown_word(&what, tag, self.tags(), at, reports))
+                Err(value::unknown_word(&what, tag, self.tags(), at, diagnostics))
             }
         }
     }
 }
 
-impl<T> Form for OneOf<T> {
+impl<T> ValueForm for OneOf<T> {
     type Output = T;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<T, Reported> {
+        let table = expect_table(key, &format!("a {}", self.what), value, diagnostics)?;
         let Some(tag) = table.get("type") else {
             let is_like_it = |name: &str| {
                 self.owners(name).is_empty() && spelling::nearest(name, ["type"].into_iter()).is_some()
@@ -94,30 +99,31 @@ impl<T> Form for OneOf<T> {
             if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
                 let message = format!("unknown key {} in {key}", quote(name.get_ref()));
                 let help = spelling::instead(name.get_ref(), ["type"].into_iter());
-                return Err(reports.error_with(name.span().start, message, |_| help));
+                return Err(diagnostics.error_with(name.span().start, message, |_| help));
             }
             let message = format!("missing key \"type\" in {key}");
             let types = || spelling::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
-            return Err(reports.error_with(value.span().start, message, |_| types()));
+            return Err(diagnostics.error_with(value.span().start, message, |_| types()));
         };
-        let word = value::Word.read("type", tag, reports)?;
+        let word = value::Word.read("type", tag, diagnostics)?;
         if let Some(members) = &self.members
             && let Some(place) = members.declarations.iter().position(|declaration| declaration.name == word)
         {
             let declaration = &members.declarations[place];
             let common = members.common.into_iter().flat_map(names);
             let known = ["type"].into_iter().chain(self.keys_of(declaration)).chain(common);
-            let fields = Fields::open(declaration.what, known, self.more(declaration), key, value, reports)?;
-            let mut values = Values::read(place, declaration, members.textured, &fields, reports);
+            let fields =
+                Fields::open(declaration.what, known, self.more(declaration), key, value, diagnostics)?;
+            let mut values = Values::read(place, declaration, members.textured, &fields, diagnostics);
             let common =
-                members.common.map(|common| Values::read(0, common, members.textured, &fields, reports));
+                members.common.map(|common| Values::read(0, common, members.textured, &fields, diagnostics));
             values.common = common.map(Box::new);
-            return (members.build)(values, &fields, reports);
+            return (members.build)(values, &fields, diagnostics);
         }
-        let variant = self.pick(&word, tag.span().start, reports)?;
+        let variant = self.pick(&word, tag.span().start, diagnostics)?;
         let known = ["type"].into_iter().chain(variant.table.names());
-        let fields = Fields::open(variant.table.what, known, variant.table.keys, key, value, reports)?;
-        (variant.build)(&fields, reports)
+        let fields = Fields::open(variant.table.what, known, variant.table.keys, key, value, diagnostics)?;
+        (variant.build)(&fields, diagnostics)
     }
 
     fn owners(&self, key: &str) -> Vec<&'static str> {
@@ -139,25 +145,25 @@ impl<T> Form for OneOf<T> {
 pub(super) struct WordOr<T: 'static>(pub(super) OneOf<T>);
 
 impl<T> WordOr<T> {
-    /// Reads the word alone.
-    fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let variant = self.0.pick(word, at, reports)?;
+    /// Reads the word.
+    fn read_word(&self, word: &str, at: usize, diagnostics: &mut Diagnostics<'_>) -> Result<T, Reported> {
+        let variant = self.0.pick(word, at, diagnostics)?;
         let none = DeTable::new();
-        (variant.build)(&Fields::none(at, variant.table.what, &none), reports)
+        (variant.build)(&Fields::none(at, variant.table.what, &none), diagnostics)
     }
 }
 
-impl<T> Form for WordOr<T> {
+impl<T> ValueForm for WordOr<T> {
     type Output = T;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<T, Reported> {
         match value.get_ref() {
-            DeValue::String(word) => self.read_word(word, value.span().start, reports),
-            DeValue::Table(_) => self.0.read(key, value, reports),
+            DeValue::String(word) => self.read_word(word, value.span().start, diagnostics),
+            DeValue::Table(_) => self.0.read(key, value, diagnostics),
             other => {
                 let message = format!("{key} must be a string or a table, not {}", value::kind(other));
                 let help = spelling::list(self.0.tags()).map(|all| format!("valid here: {all}"));
-                Err(reports.error_with(value.span().start, message, |_| help))
+                Err(diagnostics.error_with(value.span().start, message, |_| help))
             }
         }
     }

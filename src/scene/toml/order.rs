@@ -1,17 +1,17 @@
-//! The order of tables that name each other.
+//! The order of tables that refer to each other.
 
 use super::declared::Values;
-use super::report::{Placed, Read, Reported, Reports};
+use super::report::{Diagnostics, Placed, Read, Reported};
 use super::table::Named;
 use crate::scene::names::{self, Disorder, MAX_NESTING, Names};
 use crate::scene::spelling::quote;
 
-/// Materials, or textures, in an order in which everything comes after what it names.
+/// Materials or textures in an order in which each follows those that it refers to.
 pub(super) fn order(
     raw: &[Named<Read<Values>>],
     edges: &[Vec<Placed<usize>>],
     names: &Names<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<Vec<usize>, Reported> {
     let named: Vec<Vec<usize>> =
         edges.iter().map(|edges| edges.iter().map(|edge| edge.value).collect()).collect();
@@ -19,12 +19,12 @@ pub(super) fn order(
         Disorder::Circle { nodes, last, edge } => {
             let kind = kind(&raw[nodes[0]]);
             let message = format!("{kind} contains itself: {}", names.circle(&nodes));
-            reports.error(edges[last][edge].at, message)
+            diagnostics.error(edges[last][edge].at, message)
         }
         Disorder::TooDeep(node) => {
             let (kind, name) = (kind(&raw[node]), quote(&raw[node].name));
-            let message = format!("{kind} {name} is nested more than {MAX_NESTING} deep");
-            reports.error(raw[node].at, message)
+            let message = format!("{kind} {name} is nested more than {MAX_NESTING} levels deep");
+            diagnostics.error(raw[node].at, message)
         }
     })
 }

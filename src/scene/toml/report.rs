@@ -1,4 +1,4 @@
-//! Errors and warnings about places of a text while it is read.
+//! Errors and warnings with positions in a text.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,25 +14,25 @@ use crate::scene::mesh::cache::{Found, MeshCache, Unreadable};
 use crate::scene::mesh::{MeshFile, Split};
 use crate::scene::spelling::shorten;
 
-/// Errors that are described one by one; a file of garbage has millions.
+/// The maximum number of errors that are described; an invalid file may have millions.
 const MAX_ERRORS: usize = 100;
 
-/// Proof that an error has been reported: only [`Reports`] makes one.
+/// Proof that an error has been reported: only [`Diagnostics`] makes one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
 
-/// What is read, or that an error has been reported.
+/// A result, or proof that an error has been reported.
 pub(super) type Read<T> = Result<T, Reported>;
 
-/// A value with its place in the file.
+/// A value with its byte offset in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Placed<T> {
     pub(super) at: usize,
     pub(super) value: T,
 }
 
-/// A message about the byte `at` of the text.
-struct Report {
+/// A message about byte `at` of the text.
+struct Message {
     at: Option<usize>,
     message: String,
     help: Option<String>,
@@ -41,51 +41,51 @@ struct Report {
 /// Finds the header under which a key belongs.
 pub(super) type HeaderOf = fn(&str) -> Option<&'static str>;
 
-/// All that has been said about a text so far.
-pub(super) struct Reports<'t> {
+/// All errors and warnings about a text so far.
+pub(super) struct Diagnostics<'t> {
     text: &'t str,
-    errors: Vec<Report>,
+    errors: Vec<Message>,
     unlisted: usize,
-    warnings: Vec<Report>,
+    warnings: Vec<Message>,
     unlisted_warnings: usize,
-    /// The mesh files that the text names.
+    /// The mesh files that the text refers to.
     meshes: MeshCache<'t>,
-    /// The image files that it names.
+    /// The image files that the text refers to.
     images: ImageCache,
-    /// The header under which a key belongs that stands in the wrong place.
+    /// Finds the header for a misplaced key.
     header_of: HeaderOf,
 }
 
-impl<'t> Reports<'t> {
-    /// Nothing yet about a text and the mesh and image files that it names.
+impl<'t> Diagnostics<'t> {
+    /// No messages yet, for a text with its mesh and image files.
     pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, images: ImageCache, header_of: HeaderOf) -> Self {
         let (errors, warnings) = (Vec::new(), Vec::new());
         Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, images, header_of }
     }
 
-    /// The same about a text that names no files.
+    /// No messages yet, for a text without files.
     #[cfg(test)]
     pub(super) fn alone(text: &'t str) -> Self {
         let folder = Path::new("");
         Self::new(text, MeshCache::new(folder, None), ImageCache::new(folder), |_| None)
     }
 
-    /// The contents of a mesh file; messages about it are placed where the text names it.
+    /// The contents of a mesh file; messages about it have the position of the reference.
     pub(super) fn mesh(&mut self, file: &Placed<String>, split: Split) -> Result<Arc<MeshFile>, Reported> {
         match self.meshes.get(&file.value, split) {
             Ok(Found { file: mesh, notes }) => {
                 for note in notes {
-                    self.warn(Some(file.at), note, "the rest of it is rendered");
+                    self.warn(Some(file.at), note, "the rest is rendered");
                 }
                 Ok(mesh)
             }
             Err(Unreadable::First(error)) => Err(self.error(file.at, error.to_string())),
-            // It has been reported then.
+            // It has been reported.
             Err(Unreadable::Again) => Err(Reported(())),
         }
     }
 
-    /// The index of an image file; messages about it are placed where the text names it.
+    /// The index of an image file; messages about it have the position of the reference.
     pub(super) fn image(&mut self, file: &Placed<String>) -> Result<usize, Reported> {
         self.images.get(&file.value).map_err(|error| match error {
             images::Unreadable::First(error) => self.error(file.at, error.to_string()),
@@ -93,7 +93,7 @@ impl<'t> Reports<'t> {
         })
     }
 
-    /// A message about the numbers of an image that can be no radiance, if there are any.
+    /// A message about the values of an image that are no valid radiance, if there are any.
     pub(super) fn odd_numbers(&self, image: ImageIndex, name: &str) -> Option<String> {
         let (negative, not_finite) = self.images.odd_numbers(image.0);
         let some = |count: u64, what: &str| match count {
@@ -111,12 +111,12 @@ impl<'t> Reports<'t> {
         self.images.take()
     }
 
-    /// The meshes that were read, and where from.
+    /// The meshes that were read, with their sources.
     pub(super) fn sources(&self) -> Sources {
         self.meshes.sources()
     }
 
-    /// The header under which a key belongs that stands in the wrong place, if there is one.
+    /// The header for a misplaced key, if there is one.
     pub(super) fn header_of(&self, key: &str) -> Option<&'static str> {
         (self.header_of)(key)
     }
@@ -130,7 +130,7 @@ impl<'t> Reports<'t> {
         self.error_with(at, message, |_| None)
     }
 
-    /// Reports an error at byte `at`, with help that is worked out only if it will be shown.
+    /// Reports an error at byte `at`, with help that is computed only if it is shown.
     pub(super) fn error_with(
         &mut self,
         at: usize,
@@ -139,25 +139,24 @@ impl<'t> Reports<'t> {
     ) -> Reported {
         if self.errors.len() < MAX_ERRORS {
             let help = help(self);
-            self.errors.push(Report { at: Some(at), message: message.into(), help });
+            self.errors.push(Message { at: Some(at), message: message.into(), help });
         } else {
             self.unlisted += 1;
         }
         Reported(())
     }
 
-    /// Warns about byte `at`, or about the file as a whole.
+    /// Warns about byte `at`, or about the entire file.
     pub(super) fn warn(&mut self, at: Option<usize>, message: impl Into<String>, help: &str) {
         if self.warnings.len() < MAX_ERRORS {
-            self.warnings.push(Report { at, message: message.into(), help: Some(help.into()) });
+            self.warnings.push(Message { at, message: message.into(), help: Some(help.into()) });
         } else {
             self.unlisted_warnings += 1;
         }
     }
 
-    /// Reports what the TOML parser found. It is an error if the text is not TOML, so that its tables are a
-    /// guess, and so is whatever the parser finds wrong behind the first such place: only that is reported. A key
-    /// that is given twice leaves the tables sound, and they are all reported.
+    /// Reports the errors of the TOML parser. If the text is not TOML, its tables are a guess, and so are all errors
+    /// after the first: only that one is reported. Duplicate keys leave the tables intact, and are all reported.
     pub(super) fn syntax_errors(&mut self, errors: &[SyntaxError]) -> Result<(), Reported> {
         let (twice, broken): (Vec<_>, Vec<_>) =
             errors.iter().partition(|error| error.message() == "duplicate key");
@@ -174,7 +173,7 @@ impl<'t> Reports<'t> {
         Ok(())
     }
 
-    /// The parser's message about byte `at`, in other words where a beginner could not follow it.
+    /// The parser's message about byte `at`, reworded where it is hard to understand.
     fn explain(&self, at: usize, message: &str) -> String {
         let rest = self.text.get(at..).unwrap_or_default();
         if message.contains("recurs") {
@@ -193,7 +192,7 @@ impl<'t> Reports<'t> {
         }
     }
 
-    /// The innermost brace that is open at byte `at`. Braces in strings count as well: it is a hint.
+    /// The innermost open brace at byte `at`. Braces in strings count as well, as this is only a hint.
     fn open_brace(&self, at: usize) -> Option<usize> {
         let mut closed = 0;
         self.text.get(..at)?.bytes().enumerate().rev().find_map(|(i, byte)| {
@@ -207,7 +206,7 @@ impl<'t> Reports<'t> {
         })
     }
 
-    /// What the file says at `span`, shortened and made safe to print.
+    /// The text at `span`, shortened and made safe to print.
     pub(super) fn source(&self, span: std::ops::Range<usize>) -> String {
         shorten(self.text.get(span).unwrap_or_default())
     }
@@ -226,14 +225,14 @@ impl<'t> Reports<'t> {
     }
 }
 
-/// Sorts reports by place; those about the whole file come first.
-fn locate(text: &str, mut reports: Vec<Report>, file: &Path) -> Vec<Diagnostic> {
+/// Sorts messages by position; those about the entire file come first.
+fn locate(text: &str, mut diagnostics: Vec<Message>, file: &Path) -> Vec<Diagnostic> {
     let file: Arc<Path> = file.into();
-    reports.sort_by_key(|report| report.at);
+    diagnostics.sort_by_key(|report| report.at);
     let mut cursor = Cursor::new(text);
-    reports
+    diagnostics
         .into_iter()
-        .map(|Report { at, message, help }| Diagnostic {
+        .map(|Message { at, message, help }| Diagnostic {
             file: file.clone(),
             position: at.map(|at| cursor.advance(at)),
             message,
@@ -247,21 +246,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_flood_of_errors_is_counted_but_not_described() {
-        let mut reports = Reports::alone("");
+    fn errors_beyond_the_limit_are_counted() {
+        let mut diagnostics = Diagnostics::alone("");
         for _ in 0..MAX_ERRORS + 2 {
-            reports.error(0, "wrong");
+            diagnostics.error(0, "wrong");
         }
-        let errors = reports.into_errors("a.toml".as_ref());
+        let errors = diagnostics.into_errors("a.toml".as_ref());
         assert_eq!((errors.diagnostics().len(), errors.unlisted()), (MAX_ERRORS, 2));
         assert!(errors.to_string().ends_with("a.toml:1:1: wrong\nand 2 more errors"));
     }
 
     #[test]
-    fn a_flood_of_warnings_is_counted_too() {
-        let mut reports = Reports::alone("");
-        (0..MAX_ERRORS + 2).for_each(|_| reports.warn(None, "odd", "look"));
-        let warnings = reports.into_warnings("a.toml".as_ref());
+    fn warnings_beyond_the_limit_are_counted() {
+        let mut diagnostics = Diagnostics::alone("");
+        (0..MAX_ERRORS + 2).for_each(|_| diagnostics.warn(None, "odd", "look"));
+        let warnings = diagnostics.into_warnings("a.toml".as_ref());
         assert_eq!(warnings.len(), MAX_ERRORS + 1);
         assert_eq!(warnings[MAX_ERRORS].to_string(), "a.toml: there are 2 more warnings");
     }

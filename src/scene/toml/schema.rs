@@ -2,13 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::form::Form;
+use super::form::ValueForm;
 use super::scene::SCENE;
 
-/// The JSON Schema (draft 2020-12) of scene files; `docs/scene.schema.json` holds it for editors.
+/// The JSON Schema (draft 2020-12) of scene files. `docs/scene.schema.json` contains it for editors.
 ///
-/// It says all that concerns one value or the presence of keys. What ties values together (names, parallel
-/// vectors, cycles) only the reader checks. JSON Schema takes 640.0 for an integer, the reader does not.
+/// It covers single values and the presence of keys. Only the reader checks relations between values (names, parallel
+/// vectors, cycles). JSON Schema accepts 640.0 as an integer, the reader does not.
 pub fn schema() -> Value {
     let mut schema = SCENE.schema();
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();

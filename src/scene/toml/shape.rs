@@ -1,4 +1,4 @@
-//! Shapes: those that are declared, and the keys of meshes, and what is made of them.
+//! The keys of shapes and meshes, and their conversion.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::common::POINT;
 use super::declared::Values;
 use super::one_of::{Members, OneOf, Variant};
-use super::report::{Placed, Read, Reports};
+use super::report::{Diagnostics, Placed, Read};
 use super::table::{AnyKey, At, Block, Fields, Key, Named, Table, WordOrMap};
 use super::value::{Rows, Triple, Vector, Word};
 use crate::parameter::limits::COORDINATE;
@@ -17,7 +17,7 @@ use crate::scene::mesh::{FileMaterial, MeshFile, Split};
 use crate::scene::placement::{is_flat, misplaced};
 use crate::scene::spelling::{instead, quote};
 
-/// A shape and the transform that takes it to its place, or the parts of a mesh, each of which becomes an entity.
+/// A shape with its transform, or the parts of a mesh, each of which becomes an entity.
 pub(super) enum RawShape {
     One(Shape, Option<Placed<DAffine3>>),
     Parts(Vec<RawPart>),
@@ -25,28 +25,28 @@ pub(super) enum RawShape {
 
 /// A part of a mesh.
 pub(super) struct RawPart {
-    /// Its group or material in the file; empty for what no name is for.
+    /// Its group or material in the file; empty for the rest.
     pub(super) name: String,
     pub(super) shape: Shape,
     pub(super) material: RawMaterial,
 }
 
-/// Where a part has its material from.
+/// The source of a part's material.
 pub(super) enum RawMaterial {
-    /// Its entity.
+    /// The material of its entity.
     Entity,
-    /// The scene's of this name.
+    /// The scene's material with this name.
     Named(Placed<String>),
-    /// The mesh file at this path, as the scene names it.
+    /// The material of the mesh file at this path, as written in the scene.
     OfFile(String, FileMaterial),
 }
 
-/// What a scene says of the materials of a mesh's parts.
+/// The scene's assignment of materials to a mesh's parts.
 #[derive(Clone, Debug)]
 enum PartMaterials {
-    /// They are the file's.
+    /// The file's own materials.
     OfFile,
-    /// Those of groups and materials of the file.
+    /// Materials by the names of groups and materials of the file.
     Named(Vec<Named<Placed<String>>>),
 }
 
@@ -79,51 +79,53 @@ pub(super) static TRANSFORM_TABLE: Table = Table {
 static MESH_FILE: Key<At<Word>> = Key::required(
     "file",
     At(Word),
-    "A .ply, .obj, .glb or .gltf file, relative to this one. Entities may share it: it is read once.",
+    "A .ply, .obj, .glb or .gltf file, relative to this one. A file that several entities share is read once.",
 );
 static PART_MATERIALS: Key<WordOrMap<PartMaterials, At<Word>>> = Key::optional(
     "materials",
     WordOrMap { word: "file", means: PartMaterials::OfFile, value: At(Word), map: PartMaterials::Named },
-    "Materials of parts of the mesh: \"file\" takes those of the file (colours of MTL, base materials of glTF, and \
-     what they emit); a table gives one of the scene's to each group or material of the file that it names. What \
-     is left has the entity's.",
+    "The materials of parts of the mesh. \"file\" uses those of the file (colours in MTL, base materials in glTF, and their emission). A table assigns materials of the scene to groups or materials of the file by name. All other parts have the entity's material.",
 );
 static TRANSFORM: Key<Block<DAffine3>> = Key::default(
     "transform",
     Block { table: &TRANSFORM_TABLE, build: transform },
     "{}",
-    "From the file's space to the world: scale, then rotate, then translate; or a matrix.",
+    "The transform from the file's space to the world: scale, then rotate, then translate; or a matrix.",
 );
 static PLACING: Key<Block<DAffine3>> = Key::optional(
     "transform",
     Block { table: &TRANSFORM_TABLE, build: transform },
-    "From the space of the parameters to the world, squeezed along the axes or not: scale, then rotate, then translate; or a matrix. The shape becomes a group of one, so that it emits as shapes in groups do.",
+    "The transform from the space of the parameters to the world: scale, then rotate, then translate; or a matrix. The shape becomes a group with one instance, and is sampled as a light like shapes in groups.",
 );
-static SCALE: Key<Triple> =
-    Key::default("scale", Triple(FACTOR), "1", "One number, or one for each axis; below zero it mirrors.");
+static SCALE: Key<Triple> = Key::default(
+    "scale",
+    Triple(FACTOR),
+    "1",
+    "A scale factor, or one for each axis; negative factors mirror.",
+);
 static ROTATE: Key<Vector> = Key::default(
     "rotate",
     Vector(Number::between(-1e6, 1e6)),
     "[0, 0, 0]",
     "Degrees about the x axis, then about y, then about z.",
 );
-static TRANSLATE: Key<Vector> = Key::default("translate", POINT, "[0, 0, 0]", "Where the origin goes.");
+static TRANSLATE: Key<Vector> = Key::default("translate", POINT, "[0, 0, 0]", "The translation.");
 static MATRIX: Key<Rows> = Key::optional(
     "matrix",
     Rows(COORDINATE),
-    "Three rows of four numbers, instead: the first three columns are what x, y and z become, the fourth is the translation.",
+    "Three rows of four numbers, which replace the other keys: the first three columns are the images of the x, y and z axes, the fourth is the translation.",
 );
 
-/// What is bounded may be placed by a transform.
+/// Bounded shapes may have a transform.
 fn more(declaration: &Declaration) -> &'static [&'static dyn AnyKey] {
     if declaration.name == PlaneParameters::DECLARATION.name { &[] } else { &OF_BOUNDED }
 }
 
 static OF_BOUNDED: [&dyn AnyKey; 1] = [&PLACING];
 
-fn one(values: Values, fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let shape = values.build_alone(reports);
-    let transform = fields.find(&PLACING, reports)?;
+fn one(values: Values, fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<RawShape> {
+    let shape = values.build_alone(diagnostics);
+    let transform = fields.find(&PLACING, diagnostics)?;
     let at = fields.place_of(&PLACING);
     let shape = shape?;
     // A plane has no such key, which is reported.
@@ -131,27 +133,27 @@ fn one(values: Values, fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Re
     Ok(RawShape::One(shape, transform.map(|value| Placed { at, value })))
 }
 
-fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let file = fields.get(&MESH_FILE, reports);
-    let transform = fields.get(&TRANSFORM, reports);
-    let materials = fields.find(&PART_MATERIALS, reports);
+fn mesh(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<RawShape> {
+    let file = fields.get(&MESH_FILE, diagnostics);
+    let transform = fields.get(&TRANSFORM, diagnostics);
+    let materials = fields.find(&PART_MATERIALS, diagnostics);
     let (file, transform, materials) = (file?, transform?, materials?);
     let split = match &materials {
         None => Split::Whole,
         Some(PartMaterials::OfFile) => Split::Materials,
         Some(PartMaterials::Named(names)) => {
-            // Sorted, for the order of keys says nothing, and that of entities does.
+            // Sorted, as the order of keys has no meaning but that of entities has.
             let mut names: Vec<_> = names.iter().map(|name| name.name.clone()).collect();
             names.sort_unstable();
             Split::Named(names)
         }
     };
-    let read = reports.mesh(&file, split)?;
+    let read = diagnostics.mesh(&file, split)?;
     if let Some(PartMaterials::Named(names)) = &materials {
-        parts_are_there(names, &read, reports)?;
+        parts_are_there(names, &read, diagnostics)?;
     }
     if let Some(message) = misplaced(read.parts.iter().map(|(_, mesh)| &**mesh), &transform) {
-        return Err(reports.error(fields.place_of(&TRANSFORM), message));
+        return Err(diagnostics.error(fields.place_of(&TRANSFORM), message));
     }
     let part = |(name, mesh): &(String, Arc<Mesh>)| {
         let material = match &materials {
@@ -171,29 +173,33 @@ fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     Ok(RawShape::Parts(read.parts.iter().map(part).collect()))
 }
 
-/// That every part that is given a material is in the file.
-fn parts_are_there(names: &[Named<Placed<String>>], read: &MeshFile, reports: &mut Reports<'_>) -> Read<()> {
+/// Checks that all parts with an assigned material exist in the file.
+fn parts_are_there(
+    names: &[Named<Placed<String>>],
+    read: &MeshFile,
+    diagnostics: &mut Diagnostics<'_>,
+) -> Read<()> {
     let mut outcome = Ok(());
     let missing = |name: &&Named<_>| !read.parts.iter().any(|(part, _)| *part == name.name);
     for name in names.iter().filter(missing) {
-        let message = format!("nothing in the mesh is of the group or material {}", quote(&name.name));
-        outcome = Err(reports
+        let message = format!("the mesh has no group or material {}", quote(&name.name));
+        outcome = Err(diagnostics
             .error_with(name.at, message, |_| instead(&name.name, read.names.iter().map(String::as_str))));
     }
     outcome
 }
 
-pub(super) fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine3> {
-    let scale = fields.get(&SCALE, reports);
-    let rotate = fields.get(&ROTATE, reports);
-    let translate = fields.get(&TRANSLATE, reports);
-    let matrix = fields.find(&MATRIX, reports);
+pub(super) fn transform(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<DAffine3> {
+    let scale = fields.get(&SCALE, diagnostics);
+    let rotate = fields.get(&ROTATE, diagnostics);
+    let translate = fields.get(&TRANSLATE, diagnostics);
+    let matrix = fields.find(&MATRIX, diagnostics);
     let (scale, rotate, translate, matrix) = (scale?, rotate?, translate?, matrix?);
     let transform = match matrix {
         Some(_) if [fields.has(&SCALE), fields.has(&ROTATE), fields.has(&TRANSLATE)].contains(&true) => {
             let at = fields.place_of(&MATRIX);
-            let message = "the transform has a matrix and scale, rotate or translate";
-            return Err(reports.error_with(at, message, |_| Some("keep the matrix or the others".into())));
+            let message = "the transform has both matrix and scale, rotate or translate";
+            return Err(diagnostics.error_with(at, message, |_| Some("keep the matrix or the others".into())));
         }
         Some([x, y, z]) => {
             let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
@@ -210,7 +216,7 @@ pub(super) fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> R
             Some(_) => fields.place_of(&MATRIX),
             None => fields.place_of(&SCALE),
         };
-        return Err(reports.error(at, "the transform makes everything flat"));
+        return Err(diagnostics.error(at, "the transform is singular"));
     }
     Ok(transform)
 }

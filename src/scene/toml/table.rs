@@ -1,26 +1,26 @@
-//! The shapes that values come in: tables, lists.
+//! Tables and lists.
 
 use std::collections::BTreeMap;
 
 use ::toml::de::{DeTable, DeValue};
 use serde_json::{Value as Json, json};
 
-use super::form::{Form, Value};
-use super::report::{Placed, Reported, Reports};
+use super::form::{Value, ValueForm};
+use super::report::{Diagnostics, Placed, Reported};
 use super::value;
 use crate::scene::spelling::{self, quote};
 
-/// What it means that a key is absent.
+/// The meaning of an absent key.
 enum Absent {
     /// An error.
     Wrong,
-    /// Nothing in itself; whoever reads the table decides.
+    /// Nothing in itself; the reader of the table decides.
     Fine,
     /// The same as this TOML value.
     Means(&'static str),
 }
 
-/// A key of a table, the form of its value, and what it is about.
+/// A key of a table: its name, the form of its value, and its description.
 pub(super) struct Key<F> {
     name: &'static str,
     about: &'static str,
@@ -29,17 +29,17 @@ pub(super) struct Key<F> {
 }
 
 impl<F> Key<F> {
-    /// A key without which there is no sense.
+    /// A required key.
     pub(super) const fn required(name: &'static str, form: F, about: &'static str) -> Self {
         Self { name, about, form, absent: Absent::Wrong }
     }
 
-    /// A key that may be absent.
+    /// An optional key.
     pub(super) const fn optional(name: &'static str, form: F, about: &'static str) -> Self {
         Self { name, about, form, absent: Absent::Fine }
     }
 
-    /// A key whose absence means `default`, in TOML.
+    /// A key with a default in TOML.
     pub(super) const fn default(
         name: &'static str,
         form: F,
@@ -50,17 +50,17 @@ impl<F> Key<F> {
     }
 }
 
-/// A [`Key`] of any form, for the list that a [`Table`] keeps.
+/// A [`Key`] of any form, for the list of a [`Table`].
 pub(super) trait AnyKey: Sync {
     fn name(&self) -> &'static str;
     fn is_required(&self) -> bool;
-    /// What the tables are that may be its value and have a key of this name.
+    /// The names of tables of this value that have a key with this name.
     fn owners(&self, key: &str) -> Vec<&'static str>;
     /// The schema of the value, with description and default.
     fn schema(&self) -> Json;
 }
 
-impl<F: Form> AnyKey for Key<F> {
+impl<F: ValueForm> AnyKey for Key<F> {
     fn name(&self) -> &'static str {
         self.name
     }
@@ -85,25 +85,25 @@ impl<F: Form> AnyKey for Key<F> {
     }
 }
 
-fn read_default<F: Form>(
+fn read_default<F: ValueForm>(
     key: &Key<F>,
     text: &str,
     at: usize,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<F::Output, Reported> {
     match DeValue::parse(text) {
-        Ok(value) => key.form.read(key.name, &value, reports),
-        Err(error) => Err(reports.error(at, format!("the default of {}: {}", key.name, error.message()))),
+        Ok(value) => key.form.read(key.name, &value, diagnostics),
+        Err(error) => Err(diagnostics.error(at, format!("the default of {}: {}", key.name, error.message()))),
     }
 }
 
 /// The keys of a table.
 pub(super) struct Table {
-    /// What the table describes, with an article: "the film", "a sphere".
+    /// The item that the table describes, with an article: "the film", "a sphere".
     pub(super) what: &'static str,
-    /// What there may be in it.
+    /// The keys of the table.
     pub(super) keys: &'static [&'static dyn AnyKey],
-    /// JSON Schema keywords for what concerns several keys, as a JSON object.
+    /// JSON Schema keywords for relations between keys, as a JSON object.
     pub(super) rules: &'static str,
 }
 
@@ -116,7 +116,7 @@ impl Table {
         self.keys.iter().map(|key| key.name())
     }
 
-    /// The schema of a table with these keys, and with `tag` as its `type` if there is one.
+    /// The schema of this table, with `tag` as its `type` if it has one.
     pub(super) fn schema(&self, tag: Option<&str>) -> Json {
         let mut schema = schema(self.keys.iter().copied(), tag);
         add_rules(&mut schema, self.rules);
@@ -133,7 +133,7 @@ pub(super) fn add_rules(schema: &mut Json, rules: &str) {
     }
 }
 
-/// The schema of a table with some keys, and with `tag` as its `type` if there is one.
+/// The schema of a table with some keys, with `tag` as its `type` if it has one.
 pub(super) fn schema<'k>(keys: impl Iterator<Item = &'k dyn AnyKey>, tag: Option<&str>) -> Json {
     let mut properties = BTreeMap::new();
     let mut required: Vec<&str> = Vec::new();
@@ -156,36 +156,36 @@ pub(super) fn schema<'k>(keys: impl Iterator<Item = &'k dyn AnyKey>, tag: Option
 
 /// A table that is being read.
 pub(super) struct Fields<'d, 't> {
-    /// Where the table begins.
+    /// The byte offset of the table.
     at: usize,
     what: &'static str,
     table: &'d DeTable<'t>,
-    /// Keys that the file seems to have misspelt, which has been said.
+    /// Keys that are probably misspelt in the file, which has been reported.
     misspelt: Vec<(&'static str, Reported)>,
 }
 
 impl<'d, 't> Fields<'d, 't> {
-    /// Checks that `value` is a table with known keys only. `what` is what it describes, with an article; `keys` are
-    /// those inside of which other keys may belong.
+    /// Checks that `value` is a table with known keys only. `what` is the item that it describes, with an article;
+    /// `keys` are those inside of which other keys may belong.
     pub(super) fn open(
         what: &'static str,
         known: impl Iterator<Item = &'static str> + Clone,
         keys: &[&'static dyn AnyKey],
         key: &str,
         value: &'d Value<'t>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Self, Reported> {
-        let entries = expect_table(key, what, value, reports)?;
+        let entries = expect_table(key, what, value, diagnostics)?;
         let mut misspelt = Vec::new();
         for (name, _) in entries {
             if !known.clone().any(|known| known == name.get_ref()) {
                 let message = format!("unknown key {} in {}", quote(name.get_ref()), what);
                 let inside = keys.iter().find_map(|key| belongs_inside(*key, name.get_ref()));
                 let is_misplaced = inside.is_some();
-                let help = |reports: &Reports<'_>| {
-                    inside.or_else(|| unknown_key_help(name.get_ref(), &known, reports))
+                let help = |diagnostics: &Diagnostics<'_>| {
+                    inside.or_else(|| unknown_key_help(name.get_ref(), &known, diagnostics))
                 };
-                let reported = reports.error_with(name.span().start, message, help);
+                let reported = diagnostics.error_with(name.span().start, message, help);
                 let nearest = spelling::nearest(name.get_ref(), known.clone()).filter(|_| !is_misplaced);
                 misspelt.extend(nearest.map(|meant| (meant, reported)));
             }
@@ -193,77 +193,79 @@ impl<'d, 't> Fields<'d, 't> {
         Ok(Self { at: value.span().start, what, table: entries, misspelt })
     }
 
-    /// Without any key, at some place. `table` is an empty one.
+    /// A table without keys at a given position. `table` is an empty one.
     pub(super) fn none(at: usize, what: &'static str, table: &'d DeTable<'t>) -> Self {
         Self { at, what, table, misspelt: Vec::new() }
     }
 
     /// The value of `key`, or its default; an error if there is neither.
-    pub(super) fn get<F: Form>(
+    pub(super) fn get<F: ValueForm>(
         &self,
         key: &Key<F>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<F::Output, Reported> {
-        match (self.find(key, reports)?, &key.absent) {
+        match (self.find(key, diagnostics)?, &key.absent) {
             (Some(value), _) => Ok(value),
-            (None, Absent::Means(text)) => read_default(key, text, self.at, reports),
+            (None, Absent::Means(text)) => read_default(key, text, self.at, diagnostics),
             (None, _) => Err(match self.misspelt.iter().find(|(name, _)| *name == key.name) {
-                // It lacks only because it is misspelt.
+                // It is absent only because it is misspelt.
                 Some((_, reported)) => *reported,
-                None => reports.error(self.at, format!("missing key {} in {}", quote(key.name), self.what)),
+                None => {
+                    diagnostics.error(self.at, format!("missing key {} in {}", quote(key.name), self.what))
+                }
             }),
         }
     }
 
-    /// The value of `key`, or none; an error if the file seems to have misspelt it.
-    pub(super) fn get_if_there<F: Form>(
+    /// The value of `key`, or `None`; an error if it is probably misspelt.
+    pub(super) fn get_if_there<F: ValueForm>(
         &self,
         key: &Key<F>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Option<F::Output>, Reported> {
-        match (self.find(key, reports)?, self.misspelt.iter().find(|(name, _)| *name == key.name)) {
+        match (self.find(key, diagnostics)?, self.misspelt.iter().find(|(name, _)| *name == key.name)) {
             (None, Some((_, reported))) => Err(*reported),
             (value, _) => Ok(value),
         }
     }
 
-    /// The value of `key` if the file gives one.
-    pub(super) fn find<F: Form>(
+    /// The value of `key` if it is present.
+    pub(super) fn find<F: ValueForm>(
         &self,
         key: &Key<F>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Option<F::Output>, Reported> {
-        self.table.get(key.name).map(|value| key.form.read(key.name, value, reports)).transpose()
+        self.table.get(key.name).map(|value| key.form.read(key.name, value, diagnostics)).transpose()
     }
 
-    /// Whether the file gives a value for `key`.
+    /// Whether `key` is present.
     pub(super) fn has<F>(&self, key: &Key<F>) -> bool {
         self.table.contains_key(key.name)
     }
 
-    /// Where the value of `key` stands, or the table if the file gives none.
+    /// The position of the value of `key`, or of the table if it is absent.
     pub(super) fn place_of<F>(&self, key: &Key<F>) -> usize {
         self.table.get(key.name).map_or(self.at, |value| value.span().start)
     }
 }
 
-/// The table that a value is, which describes `what`.
+/// The value as a table that describes `what`.
 pub(super) fn expect_table<'d, 't>(
     key: &str,
     what: &str,
     value: &'d Value<'t>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<&'d DeTable<'t>, Reported> {
     match value.get_ref() {
         DeValue::Table(table) => Ok(table),
         other => {
             let message = format!("{key} must be a table that describes {what}, not {}", value::kind(other));
-            Err(reports.error(value.span().start, message))
+            Err(diagnostics.error(value.span().start, message))
         }
     }
 }
 
-/// That a key of this name belongs inside the table that is the value of another key.
+/// Whether a key with this name belongs inside the table that is the value of another key.
 fn belongs_inside(key: &dyn AnyKey, name: &str) -> Option<String> {
     let owners = key.owners(name);
     (!owners.is_empty())
@@ -273,31 +275,32 @@ fn belongs_inside(key: &dyn AnyKey, name: &str) -> Option<String> {
 fn unknown_key_help<'c>(
     name: &str,
     known: &(impl Iterator<Item = &'c str> + Clone),
-    reports: &Reports<'_>,
+    diagnostics: &Diagnostics<'_>,
 ) -> Option<String> {
     if spelling::nearest(name, known.clone()).is_none()
-        && let Some(header) = reports.header_of(name)
+        && let Some(header) = diagnostics.header_of(name)
     {
         return Some(format!("{} belongs under {header}", quote(name)));
     }
     spelling::instead(name, known.clone())
 }
 
-/// A table that becomes one value.
+/// A table that is converted to a value.
 pub(super) struct Block<T> {
     pub(super) table: &'static Table,
     pub(super) build: Build<T>,
 }
 
-/// Makes a value from a table whose keys are known.
-pub(super) type Build<T> = fn(&Fields<'_, '_>, &mut Reports<'_>) -> Result<T, Reported>;
+/// Converts a table with known keys.
+pub(super) type Build<T> = fn(&Fields<'_, '_>, &mut Diagnostics<'_>) -> Result<T, Reported>;
 
-impl<T> Form for Block<T> {
+impl<T> ValueForm for Block<T> {
     type Output = T;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let fields = Fields::open(self.table.what, self.table.names(), self.table.keys, key, value, reports)?;
-        (self.build)(&fields, reports)
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<T, Reported> {
+        let fields =
+            Fields::open(self.table.what, self.table.names(), self.table.keys, key, value, diagnostics)?;
+        (self.build)(&fields, diagnostics)
     }
 
     fn schema(&self) -> Json {
@@ -308,22 +311,22 @@ impl<T> Form for Block<T> {
 /// An array of tables: `[[entities]]`.
 pub(super) struct ListOf<F>(pub(super) F);
 
-impl<F: Form> Form for ListOf<F> {
+impl<F: ValueForm> ValueForm for ListOf<F> {
     type Output = Vec<F::Output>;
 
     fn read(
         &self,
         key: &str,
         value: &Value<'_>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Self::Output, Reported> {
         let DeValue::Array(items) = value.get_ref() else {
             let message = format!("{key} must be an array of tables, not {}", value::kind(value.get_ref()));
             let help = format!("begin each with [[{key}]]");
-            return Err(reports.error_with(value.span().start, message, |_| Some(help)));
+            return Err(diagnostics.error_with(value.span().start, message, |_| Some(help)));
         };
-        // All are read, so that all errors are seen, before the first failure counts.
-        let read: Vec<_> = items.iter().map(|item| self.0.read(key, item, reports)).collect();
+        // All are read, so that all errors are reported, before the first failure is returned.
+        let read: Vec<_> = items.iter().map(|item| self.0.read(key, item, diagnostics)).collect();
         read.into_iter().collect()
     }
 
@@ -336,7 +339,7 @@ impl<F: Form> Form for ListOf<F> {
 #[derive(Clone, Debug)]
 pub(super) struct Named<T> {
     pub(super) name: String,
-    /// Where the name stands.
+    /// The position of the name.
     pub(super) at: usize,
     pub(super) value: T,
 }
@@ -344,28 +347,33 @@ pub(super) struct Named<T> {
 /// A table of values under names that the file chooses: `[materials.white]`.
 pub(super) struct MapOf<F>(pub(super) F);
 
-impl<F: Form> Form for MapOf<F> {
-    /// In the order of the file. A name counts as given even if its value is wrong, so that those who use the
-    /// name are not blamed.
+impl<F: ValueForm> ValueForm for MapOf<F> {
+    /// In the order of the file. A name is defined even if its value is invalid, so that references to it are no
+    /// further errors.
     type Output = Vec<Named<Result<F::Output, Reported>>>;
 
     fn read(
         &self,
         key: &str,
         value: &Value<'_>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Self::Output, Reported> {
         let DeValue::Table(table) = value.get_ref() else {
-            let message = format!("{key} must be a table of names, not {}", value::kind(value.get_ref()));
+            let message =
+                format!("{key} must be a table of named tables, not {}", value::kind(value.get_ref()));
             let help = format!("begin each with [{key}.NAME]");
-            return Err(reports.error_with(value.span().start, message, |_| Some(help)));
+            return Err(diagnostics.error_with(value.span().start, message, |_| Some(help)));
         };
         let mut entries: Vec<_> = table
             .iter()
             .map(|(name, value)| Named {
                 name: name.get_ref().to_string(),
                 at: name.span().start,
-                value: self.0.read(&format!("{key}.{}", spelling::shorten(name.get_ref())), value, reports),
+                value: self.0.read(
+                    &format!("{key}.{}", spelling::shorten(name.get_ref())),
+                    value,
+                    diagnostics,
+                ),
             })
             .collect();
         entries.sort_by_key(|entry| entry.at);
@@ -378,19 +386,19 @@ impl<F: Form> Form for MapOf<F> {
 }
 
 /// A word, or a table of values under names that the file chooses.
-pub(super) struct WordOrMap<T, F: Form> {
+pub(super) struct WordOrMap<T, F: ValueForm> {
     pub(super) word: &'static str,
-    /// What the word stands for.
+    /// The value of the word.
     pub(super) means: T,
     pub(super) value: F,
-    /// What becomes of a table, in the order of the file.
+    /// Converts the table's values, in the order of the file.
     pub(super) map: fn(Vec<Named<F::Output>>) -> T,
 }
 
-impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
+impl<T: Clone + Sync, F: ValueForm> ValueForm for WordOrMap<T, F> {
     type Output = T;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<T, Reported> {
         let table = match value.get_ref() {
             DeValue::String(word) if *word == self.word => return Ok(self.means.clone()),
             DeValue::Table(table) => table,
@@ -399,18 +407,19 @@ impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
                     DeValue::String(word) => quote(word),
                     other => value::kind(other).to_owned(),
                 };
-                let message = format!("{key} must be {} or a table of names, not {given}", quote(self.word));
-                return Err(reports.error(value.span().start, message));
+                let message =
+                    format!("{key} must be {} or a table of named tables, not {given}", quote(self.word));
+                return Err(diagnostics.error(value.span().start, message));
             }
         };
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(name, _)| name.span().start);
         let read = entries.into_iter().map(|(name, value)| {
             let key = format!("{key}.{}", spelling::shorten(name.get_ref()));
-            let value = self.value.read(&key, value, reports)?;
+            let value = self.value.read(&key, value, diagnostics)?;
             Ok(Named { name: name.get_ref().to_string(), at: name.span().start, value })
         });
-        // All are read, so that all errors are seen, before the first failure counts.
+        // All are read, so that all errors are reported, before the first failure is returned.
         let read: Vec<_> = read.collect();
         Ok((self.map)(read.into_iter().collect::<Result<_, _>>()?))
     }
@@ -423,19 +432,19 @@ impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
     }
 }
 
-/// Keeps the place of a value.
+/// Adds the position of a value.
 pub(super) struct At<F>(pub(super) F);
 
-impl<F: Form> Form for At<F> {
+impl<F: ValueForm> ValueForm for At<F> {
     type Output = Placed<F::Output>;
 
     fn read(
         &self,
         key: &str,
         value: &Value<'_>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Self::Output, Reported> {
-        Ok(Placed { at: value.span().start, value: self.0.read(key, value, reports)? })
+        Ok(Placed { at: value.span().start, value: self.0.read(key, value, diagnostics)? })
     }
 
     fn schema(&self) -> Json {

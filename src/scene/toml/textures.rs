@@ -1,10 +1,10 @@
-//! Textures, and what is made of them: names become indices, each comes after the textures that it names, and none
-//! contains itself.
+//! The keys of textures, and their conversion: names become indices, each texture follows those that it refers to, and
+//! none contains itself.
 
 use super::declared::{Values, Wanted};
 use super::one_of::{Members, OneOf};
 use super::order::order;
-use super::report::{Placed, Read, Reported, Reports};
+use super::report::{Diagnostics, Placed, Read, Reported};
 use super::table::Named;
 use crate::parameter::Family;
 use crate::scene::description::{Entity, Material, Texture, TextureKind};
@@ -27,7 +27,7 @@ pub(super) const TEXTURE: OneOf<Values> = OneOf {
 /// The file's textures, in its order.
 pub(super) type RawTextures = [Named<Read<Values>>];
 
-/// The names of the file's textures, in its order, or that there is no telling.
+/// The names of the file's textures, in its order; an error if they could not be read.
 pub(super) struct TextureNames<'n>(Read<Names<'n>>);
 
 impl<'n> TextureNames<'n> {
@@ -38,11 +38,11 @@ impl<'n> TextureNames<'n> {
         TextureNames(textures.map(names))
     }
 
-    /// The index, in the order of the file, of the texture that the file names.
-    pub(super) fn find(&self, name: &Placed<String>, reports: &mut Reports<'_>) -> Read<usize> {
+    /// The index, in the order of the file, of a texture by its name.
+    pub(super) fn find(&self, name: &Placed<String>, diagnostics: &mut Diagnostics<'_>) -> Read<usize> {
         let names = self.0.as_ref().map_err(|reported| *reported)?;
         names.find(&name.value).ok_or_else(|| {
-            reports.error_with(name.at, format!("no texture {}", quote(&name.value)), |_| {
+            diagnostics.error_with(name.at, format!("no texture {}", quote(&name.value)), |_| {
                 let none = || "this file has no [textures.NAME]".into();
                 Some(names.instead(&name.value).unwrap_or_else(none))
             })
@@ -57,17 +57,17 @@ pub(super) struct ResolvedTextures {
     pub(super) index_of: Vec<usize>,
 }
 
-/// Puts textures in order and resolves their names.
+/// Sorts textures and resolves their names.
 pub(super) fn resolve(
     raw: &RawTextures,
     names: &TextureNames<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<ResolvedTextures, Reported> {
     let mut edges = vec![Vec::new(); raw.len()];
     let kinds: Vec<_> =
-        raw.iter().zip(&mut edges).map(|(texture, edges)| link(texture, edges, names, reports)).collect();
+        raw.iter().zip(&mut edges).map(|(texture, edges)| link(texture, edges, names, diagnostics)).collect();
     let of_names = names.0.as_ref().map_err(|reported| *reported)?;
-    let order = order(raw, &edges, of_names, reports)?;
+    let order = order(raw, &edges, of_names, diagnostics)?;
 
     let mut index_of = vec![0; raw.len()];
     for (index, &i) in order.iter().enumerate() {
@@ -87,45 +87,45 @@ pub(super) fn resolve(
     for (&i, cost) in order.iter().zip(costs(&kinds)) {
         if let Err(error) = cost {
             let message = format!("texture {}: {error}", quote(&raw[i].name));
-            outcome = Err(reports.error(raw[i].at, message));
+            outcome = Err(diagnostics.error(raw[i].at, message));
         }
     }
     outcome.map(|()| ResolvedTextures { textures, index_of })
 }
 
-/// Resolves a texture's names to indices in the order of the file, and lists them as `edges`.
+/// Resolves a texture's names to indices in the order of the file, and returns them as `edges`.
 fn link(
     texture: &Named<Read<Values>>,
     edges: &mut Vec<Placed<usize>>,
     names: &TextureNames<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<TextureKind, Reported> {
-    let find = |wanted, name: &Placed<String>, reports: &mut Reports<'_>| {
+    let find = |wanted, name: &Placed<String>, diagnostics: &mut Diagnostics<'_>| {
         if wanted == Wanted::Material {
-            return Err(reports.error(name.at, "textures name no materials"));
+            return Err(diagnostics.error(name.at, "textures name no materials"));
         }
-        let index = names.find(name, reports)?;
+        let index = names.find(name, diagnostics)?;
         edges.push(Placed { at: name.at, value: index });
         Ok(index)
     };
     let values = texture.value.as_ref().map_err(|reported| *reported)?;
-    values.build(find, reports).map(|(kind, _)| kind)
+    values.build(find, diagnostics).map(|(kind, _)| kind)
 }
 
-/// Warns of textures that nothing uses.
+/// Warns of unused textures.
 pub(super) fn warn_of_unused(
     raw: &RawTextures,
     resolved: &ResolvedTextures,
     materials: &[Material],
     entities: &[Entity],
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) {
     let mut used = vec![false; resolved.textures.len()];
     let named = materials.iter().flat_map(|material| &material.textures);
     let named = named.map(|textured| textured.texture);
     let emitted = entities.iter().filter_map(|entity| entity.emission_texture);
     named.chain(emitted).for_each(|texture| used[texture] = true);
-    // What a texture names comes before it, so going backwards meets every user first.
+    // A texture follows those that it refers to, so in reverse order every user comes first.
     for (i, texture) in resolved.textures.iter().enumerate().rev() {
         if used[i] {
             texture.kind.textures().for_each(|named| used[named] = true);
@@ -134,7 +134,7 @@ pub(super) fn warn_of_unused(
     for (texture, &index) in raw.iter().zip(&resolved.index_of) {
         if !used[index] {
             let message = format!("texture {} is not used", quote(&texture.name));
-            reports.warn(Some(texture.at), message, "no material or emission names it");
+            diagnostics.warn(Some(texture.at), message, "no material or emission uses it");
         }
     }
 }

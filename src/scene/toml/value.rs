@@ -1,4 +1,4 @@
-//! The values themselves: numbers, vectors, words.
+//! Simple values: numbers, vectors, words.
 
 use std::marker::PhantomData;
 
@@ -6,13 +6,13 @@ use ::toml::de::{DeFloat, DeInteger, DeValue};
 use glam::DVec3;
 use serde_json::{Value as Json, json};
 
-use super::form::{Form, Value};
-use super::report::{Reported, Reports};
+use super::form::{Value, ValueForm};
+use super::report::{Diagnostics, Reported};
 use crate::parameter::{Number, unit};
 use crate::scene::description;
 use crate::scene::spelling::{self, quote};
 
-/// What a value is, with an article, in a beginner's words.
+/// The type of a value, with an article, for beginners.
 pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a string",
@@ -25,7 +25,7 @@ pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// The same value in JSON; null where JSON has no word for it.
+/// The same value in JSON; null if JSON cannot represent it.
 pub(super) fn to_json(value: &DeValue<'_>) -> Json {
     match value {
         DeValue::String(text) => text.as_ref().into(),
@@ -52,11 +52,11 @@ pub(super) fn wrong_type(
     key: &str,
     expected: &str,
     value: &Value<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Reported {
     let message = format!("{key} must be {expected}, not {}", kind(value.get_ref()));
-    reports.error_with(value.span().start, message, |_| match value.get_ref() {
-        DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some("take the quotes away".into()),
+    diagnostics.error_with(value.span().start, message, |_| match value.get_ref() {
+        DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some("remove the quotes".into()),
         _ => None,
     })
 }
@@ -67,20 +67,20 @@ pub(super) struct Integer {
     pub(super) most: u32,
 }
 
-impl Form for Integer {
+impl ValueForm for Integer {
     type Output = u32;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<u32, Reported> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<u32, Reported> {
         let DeValue::Integer(integer) = value.get_ref() else {
-            return Err(wrong_type(key, "an integer", value, reports));
+            return Err(wrong_type(key, "an integer", value, diagnostics));
         };
         let number = integer_value(integer).and_then(|i| u32::try_from(i).ok());
         match number.filter(|number| (self.least..=self.most).contains(number)) {
             Some(number) => Ok(number),
             None => {
-                let given = reports.source(value.span());
+                let given = diagnostics.source(value.span());
                 let message = format!("{key} must be from {} to {}, not {given}", self.least, self.most);
-                Err(reports.error(value.span().start, message))
+                Err(diagnostics.error(value.span().start, message))
             }
         }
     }
@@ -97,19 +97,19 @@ pub(super) struct IntegerOr {
     pub(super) means: u32,
 }
 
-impl Form for IntegerOr {
+impl ValueForm for IntegerOr {
     type Output = u32;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<u32, Reported> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<u32, Reported> {
         match value.get_ref() {
             DeValue::String(word) if *word == self.word => Ok(self.means),
-            DeValue::Integer(_) => self.integer.read(key, value, reports),
+            DeValue::Integer(_) => self.integer.read(key, value, diagnostics),
             DeValue::String(word) => {
                 let message =
                     format!("{key} must be an integer or {}, not {}", quote(self.word), quote(word));
-                Err(reports.error(value.span().start, message))
+                Err(diagnostics.error(value.span().start, message))
             }
-            _ => Err(wrong_type(key, &format!("an integer or {}", quote(self.word)), value, reports)),
+            _ => Err(wrong_type(key, &format!("an integer or {}", quote(self.word)), value, diagnostics)),
         }
     }
 
@@ -119,10 +119,10 @@ impl Form for IntegerOr {
 }
 
 /// Integers are accepted.
-impl Form for Number {
+impl ValueForm for Number {
     type Output = f64;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<f64, Reported> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<f64, Reported> {
         let number = match value.get_ref() {
             // An integer beyond 64 bits is as good a number as any, and perhaps out of range.
             DeValue::Integer(integer) => integer_value(integer)
@@ -130,14 +130,14 @@ impl Form for Number {
                 .or_else(|| if integer.radix() == 10 { integer.as_str().parse().ok() } else { None })
                 .unwrap_or(f64::INFINITY),
             DeValue::Float(float) => float_value(float).unwrap_or(f64::NAN),
-            _ => return Err(wrong_type(key, "a number", value, reports)),
+            _ => return Err(wrong_type(key, "a number", value, diagnostics)),
         };
         match self.objection(number) {
             None => Ok(number),
             Some(objection) => {
-                let given = reports.source(value.span());
+                let given = diagnostics.source(value.span());
                 let message = format!("{key} {objection}, not {given}");
-                Err(reports.error(value.span().start, message))
+                Err(diagnostics.error(value.span().start, message))
             }
         }
     }
@@ -172,18 +172,18 @@ pub(super) fn components<const N: usize>(
     expected: &str,
     key: &str,
     value: &Value<'_>,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Result<[f64; N], Reported> {
     let DeValue::Array(items) = value.get_ref() else {
-        return Err(wrong_type(key, expected, value, reports));
+        return Err(wrong_type(key, expected, value, diagnostics));
     };
     if items.len() != N {
         let message = format!("{key} must be {expected}, not an array of {}", items.len());
-        return Err(reports.error(value.span().start, message));
+        return Err(diagnostics.error(value.span().start, message));
     }
     let mut numbers = [Ok(0.0); N];
     for ((number, item), axis) in numbers.iter_mut().zip(items.iter()).zip(axes) {
-        *number = each.read(&format!("{axis} of {key}"), item, reports);
+        *number = each.read(&format!("{axis} of {key}"), item, diagnostics);
     }
     let mut read = [0.0; N];
     for (read, number) in read.iter_mut().zip(numbers) {
@@ -199,11 +199,16 @@ pub(super) fn array_schema(each: &Number, length: usize) -> Json {
 /// A colour: red, green, blue.
 pub(super) struct Colour(pub(super) Number);
 
-impl Form for Colour {
+impl ValueForm for Colour {
     type Output = [f64; 3];
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<[f64; 3], Reported> {
-        components(&self.0, COLOUR, "an array of 3 numbers (red, green, blue)", key, value, reports)
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<[f64; 3], Reported> {
+        components(&self.0, COLOUR, "an array of 3 numbers (red, green, blue)", key, value, diagnostics)
     }
 
     fn schema(&self) -> Json {
@@ -214,11 +219,16 @@ impl Form for Colour {
 /// A point or a displacement in space.
 pub(super) struct Vector(pub(super) Number);
 
-impl Form for Vector {
+impl ValueForm for Vector {
     type Output = DVec3;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
-        let read = components(&self.0, SPACE, "an array of 3 numbers (x, y, z)", key, value, reports);
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<DVec3, Reported> {
+        let read = components(&self.0, SPACE, "an array of 3 numbers (x, y, z)", key, value, diagnostics);
         read.map(DVec3::from_array)
     }
 
@@ -227,17 +237,22 @@ impl Form for Vector {
     }
 }
 
-/// A vector that is not zero.
+/// A non-zero vector.
 pub(super) struct NonZero(pub(super) Vector);
 
-impl Form for NonZero {
+impl ValueForm for NonZero {
     type Output = DVec3;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
-        let vector = self.0.read(key, value, reports)?;
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<DVec3, Reported> {
+        let vector = self.0.read(key, value, diagnostics)?;
         if vector == DVec3::ZERO {
             return Err(
-                reports.error(value.span().start, format!("{key} must not be zero in all of x, y, z"))
+                diagnostics.error(value.span().start, format!("{key} must not be zero in all of x, y, z"))
             );
         }
         Ok(vector)
@@ -250,14 +265,19 @@ impl Form for NonZero {
     }
 }
 
-/// A vector that is not zero, made one long.
+/// A non-zero vector, normalised.
 pub(super) struct Direction(pub(super) NonZero);
 
-impl Form for Direction {
+impl ValueForm for Direction {
     type Output = DVec3;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
-        self.0.read(key, value, reports).map(unit)
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<DVec3, Reported> {
+        self.0.read(key, value, diagnostics).map(unit)
     }
 
     fn schema(&self) -> Json {
@@ -268,15 +288,20 @@ impl Form for Direction {
 /// One number for two axes, or two numbers.
 pub(super) struct Pair(pub(super) Number);
 
-impl Form for Pair {
+impl ValueForm for Pair {
     type Output = [f64; 2];
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<[f64; 2], Reported> {
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<[f64; 2], Reported> {
         match value.get_ref() {
-            DeValue::Integer(_) | DeValue::Float(_) => Ok([self.0.read(key, value, reports)?; 2]),
+            DeValue::Integer(_) | DeValue::Float(_) => Ok([self.0.read(key, value, diagnostics)?; 2]),
             _ => {
                 let expected = "a number, or an array of 2 numbers (along u, along v)";
-                components(&self.0, ["u", "v"], expected, key, value, reports)
+                components(&self.0, ["u", "v"], expected, key, value, diagnostics)
             }
         }
     }
@@ -289,15 +314,20 @@ impl Form for Pair {
 /// One number for three axes, or three numbers.
 pub(super) struct Triple(pub(super) Number);
 
-impl Form for Triple {
+impl ValueForm for Triple {
     type Output = DVec3;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<DVec3, Reported> {
         match value.get_ref() {
-            DeValue::Integer(_) | DeValue::Float(_) => self.0.read(key, value, reports).map(DVec3::splat),
+            DeValue::Integer(_) | DeValue::Float(_) => self.0.read(key, value, diagnostics).map(DVec3::splat),
             _ => {
                 let expected = "a number, or an array of 3 numbers (x, y, z)";
-                components(&self.0, SPACE, expected, key, value, reports).map(DVec3::from_array)
+                components(&self.0, SPACE, expected, key, value, diagnostics).map(DVec3::from_array)
             }
         }
     }
@@ -310,28 +340,28 @@ impl Form for Triple {
 /// Three rows of four numbers.
 pub(super) struct Rows(pub(super) Number);
 
-impl Form for Rows {
+impl ValueForm for Rows {
     type Output = [[f64; 4]; 3];
 
     fn read(
         &self,
         key: &str,
         value: &Value<'_>,
-        reports: &mut Reports<'_>,
+        diagnostics: &mut Diagnostics<'_>,
     ) -> Result<Self::Output, Reported> {
         let expected = "an array of 3 rows of 4 numbers";
         let DeValue::Array(rows) = value.get_ref() else {
-            return Err(wrong_type(key, expected, value, reports));
+            return Err(wrong_type(key, expected, value, diagnostics));
         };
         if rows.len() != 3 {
             let message = format!("{key} must be {expected}, not an array of {}", rows.len());
-            return Err(reports.error(value.span().start, message));
+            return Err(diagnostics.error(value.span().start, message));
         }
         let mut read = [Ok([0.0; 4]); 3];
         for ((read, row), name) in read.iter_mut().zip(rows.iter()).zip(["first", "second", "third"]) {
             let axes = ["x", "y", "z", "translation"];
             let key = format!("the {name} row of {key}");
-            *read = components(&self.0, axes, "an array of 4 numbers", &key, row, reports);
+            *read = components(&self.0, axes, "an array of 4 numbers", &key, row, diagnostics);
         }
         let [x, y, z] = read;
         Ok([x?, y?, z?])
@@ -345,13 +375,18 @@ impl Form for Rows {
 /// `true` or `false`.
 pub(super) struct Flag;
 
-impl Form for Flag {
+impl ValueForm for Flag {
     type Output = bool;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<bool, Reported> {
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<bool, Reported> {
         match value.get_ref() {
             DeValue::Boolean(flag) => Ok(*flag),
-            _ => Err(wrong_type(key, "true or false", value, reports)),
+            _ => Err(wrong_type(key, "true or false", value, diagnostics)),
         }
     }
 
@@ -360,19 +395,24 @@ impl Form for Flag {
     }
 }
 
-/// A string that is not empty.
+/// A non-empty string.
 pub(super) struct Word;
 
-impl Form for Word {
+impl ValueForm for Word {
     type Output = String;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<String, Reported> {
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<String, Reported> {
         match value.get_ref() {
             DeValue::String(word) if word.is_empty() => {
-                Err(reports.error(value.span().start, format!("{key} must not be empty")))
+                Err(diagnostics.error(value.span().start, format!("{key} must not be empty")))
             }
             DeValue::String(word) => Ok(word.to_string()),
-            _ => Err(wrong_type(key, "a string", value, reports)),
+            _ => Err(wrong_type(key, "a string", value, diagnostics)),
         }
     }
 
@@ -388,16 +428,16 @@ impl<T> Choice<T> {
     pub(super) const NEW: Self = Self(PhantomData);
 }
 
-impl<T: description::Choice + Sync> Form for Choice<T> {
+impl<T: description::Choice + Sync> ValueForm for Choice<T> {
     type Output = T;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Result<T, Reported> {
         let DeValue::String(word) = value.get_ref() else {
-            return Err(wrong_type(key, "a string", value, reports));
+            return Err(wrong_type(key, "a string", value, diagnostics));
         };
         match T::find(word) {
             Some(choice) => Ok(choice),
-            None => Err(unknown_word(T::WHAT, word, T::names(), value.span().start, reports)),
+            None => Err(unknown_word(T::WHAT, word, T::names(), value.span().start, diagnostics)),
         }
     }
 
@@ -406,19 +446,24 @@ impl<T: description::Choice + Sync> Form for Choice<T> {
     }
 }
 
-/// One of a list of words, by its place there.
+/// The index of a word in a list.
 pub(super) struct OneWord(pub(super) &'static [&'static str]);
 
-impl Form for OneWord {
+impl ValueForm for OneWord {
     type Output = usize;
 
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<usize, Reported> {
         let DeValue::String(word) = value.get_ref() else {
-            return Err(wrong_type(key, "a string", value, reports));
+            return Err(wrong_type(key, "a string", value, diagnostics));
         };
         match self.0.iter().position(|known| known == word) {
             Some(place) => Ok(place),
-            None => Err(unknown_word(key, word, self.0.iter().copied(), value.span().start, reports)),
+            None => Err(unknown_word(key, word, self.0.iter().copied(), value.span().start, diagnostics)),
         }
     }
 
@@ -427,13 +472,13 @@ impl Form for OneWord {
     }
 }
 
-/// Reports a word that is not among those known.
+/// Reports an unknown word.
 pub(super) fn unknown_word<'c>(
     what: &str,
     word: &str,
     known: impl Iterator<Item = &'c str> + Clone,
     at: usize,
-    reports: &mut Reports<'_>,
+    diagnostics: &mut Diagnostics<'_>,
 ) -> Reported {
-    reports.error_with(at, spelling::unknown(what, word), |_| spelling::instead(word, known))
+    diagnostics.error_with(at, spelling::unknown(what, word), |_| spelling::instead(word, known))
 }

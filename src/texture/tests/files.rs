@@ -85,19 +85,19 @@ fn pictures_keep_their_depth_and_channels() {
 /// `convert -size 32x24 gradient:red-blue -quality 80 -sampling-factor 2x2 gradient.jpg` and
 /// `convert gradient.jpg -depth 8 rgb:gradient.rgb`.
 #[test]
-fn a_jpeg_gives_what_another_decoder_gives() {
+fn a_jpeg_matches_another_decoder() {
     let picture = decode("jpg", include_bytes!("gradient.jpg")).expect("a picture");
     assert_eq!([picture.width(), picture.height(), picture.channels()], [32, 24, 3]);
     let expected = Picture::new([32, 24], [3, 3], Depth::Bits8, include_bytes!("gradient.rgb"));
     let off = (0..32 * 24 * 3).map(|i| picture.number(i).abs_diff(expected.number(i))).max();
-    // Decoders round, and go between the colours of neighbours, in ways of their own.
+    // Decoders differ in rounding, and in interpolation between the colours of neighbours.
     assert!(off <= Some(8), "{off:?}");
-    // Negative control: upside down it is another picture.
+    // Negative control: upside down the picture differs.
     assert!(picture.number(0).abs_diff(expected.number(23 * 32 * 3)) > 200);
 }
 
-/// The bytes that the scalar path of the decoder gives. Its SIMD paths are left out by `Cargo.toml`; another one, or another
-/// version, would change pictures of old films.
+/// The bytes of the decoder's scalar path. Its SIMD paths are disabled in `Cargo.toml`; these, or another version,
+/// would change the pictures of existing films.
 #[test]
 fn a_jpeg_gives_the_same_bytes_on_every_processor() {
     let picture = decode("jpg", include_bytes!("gradient.jpg")).expect("a picture");
@@ -108,11 +108,11 @@ fn a_jpeg_gives_the_same_bytes_on_every_processor() {
     };
     assert_eq!(hash(&picture), 13_292_122_530_178_424_645);
     let other = Picture::new([32, 24], [3, 3], Depth::Bits8, include_bytes!("gradient.rgb"));
-    assert_ne!(hash(&other), hash(&picture), "a negative control: the other decoder rounds otherwise");
+    assert_ne!(hash(&other), hash(&picture), "a negative control: the other decoder rounds differently");
 }
 
 #[test]
-fn a_part_of_a_file_is_no_picture() {
+fn incomplete_files_are_refused() {
     for (extension, bytes) in [
         ("png", encoded(&rgb8(), ImageFormat::Png)),
         ("tga", encoded(&rgb8(), ImageFormat::Tga)),
@@ -131,8 +131,8 @@ fn a_part_of_a_file_is_no_picture() {
     }
 }
 
-/// A PNG of one row whose header is changed.
-fn lying_png(width: u32, height: u32) -> Vec<u8> {
+/// A PNG of one row with a modified header.
+fn png_with_header(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = encoded(&rgb8(), ImageFormat::Png);
     bytes[16..20].copy_from_slice(&width.to_be_bytes());
     bytes[20..24].copy_from_slice(&height.to_be_bytes());
@@ -141,7 +141,7 @@ fn lying_png(width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// That of PNG.
+/// The checksum of PNG.
 fn crc(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0_u32, |mut crc, byte| {
         crc ^= u32::from(*byte);
@@ -153,12 +153,12 @@ fn crc(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn pictures_that_lie_about_their_size_take_no_memory() {
-    assert!(decode("png", &lying_png(3, 2)).is_ok(), "a lie that is none");
-    assert!(matches!(decode("png", &lying_png(70_000, 2)), Err(PictureError::TooLarge(70_000, 2))));
-    assert!(matches!(decode("png", &lying_png(30_000, 30_000)), Err(PictureError::TooLarge(..))));
-    assert!(matches!(decode("png", &lying_png(10_000, 10_000)), Err(PictureError::TooFewBytes(..))));
-    assert!(matches!(decode("png", &lying_png(300, 200)), Err(PictureError::Broken("PNG", _))));
+fn wrong_sizes_in_headers_allocate_no_memory() {
+    assert!(decode("png", &png_with_header(3, 2)).is_ok(), "a header that is not wrong");
+    assert!(matches!(decode("png", &png_with_header(70_000, 2)), Err(PictureError::TooLarge(70_000, 2))));
+    assert!(matches!(decode("png", &png_with_header(30_000, 30_000)), Err(PictureError::TooLarge(..))));
+    assert!(matches!(decode("png", &png_with_header(10_000, 10_000)), Err(PictureError::TooFewBytes(..))));
+    assert!(matches!(decode("png", &png_with_header(300, 200)), Err(PictureError::Broken("PNG", _))));
     let mut bmp = encoded(&rgb8(), ImageFormat::Bmp);
     bmp[18..22].copy_from_slice(&60_000_i32.to_le_bytes());
     bmp[22..26].copy_from_slice(&60_000_i32.to_le_bytes());
@@ -171,7 +171,7 @@ fn pictures_that_lie_about_their_size_take_no_memory() {
 }
 
 #[test]
-fn files_are_told_from_what_is_none() {
+fn other_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::create_dir(folder.path().join("folder.png")).expect("a folder");
     std::fs::write(folder.path().join("notes.txt"), "no picture").expect("written");
@@ -203,7 +203,7 @@ fn tiles_are_found_by_their_numbers() {
 }
 
 #[test]
-fn wrong_numbers_of_tiles_are_named() {
+fn wrong_numbers_of_tiles_are_reported() {
     let of = |is_tiled, numbers: &[u32]| {
         let tile = |&number| Tile { number, picture: Arc::new(Picture::black()) };
         ImageFile { name: "wall".into(), is_tiled, tiles: numbers.iter().map(tile).collect() }.objection()
@@ -212,20 +212,20 @@ fn wrong_numbers_of_tiles_are_named() {
         assert_eq!(of(is_tiled, numbers), None, "{numbers:?}");
     }
     for (is_tiled, numbers, told) in [
-        (true, &[][..], "an image has no tile"),
+        (true, &[][..], "an image has no tiles"),
         (true, &[1001, 1000], "the number of a tile must be from 1001 to 1999, not 1000"),
         (true, &[u32::MAX], "the number of a tile must be from 1001 to 1999, not 4294967295"),
-        (true, &[1013, 1001, 1013], "an image has two tiles of the number 1013"),
-        (false, &[], "an image without tiles has one picture, of the number 1001"),
-        (false, &[1002], "an image without tiles has one picture, of the number 1001"),
-        (false, &[1001, 1002], "an image without tiles has one picture, of the number 1001"),
+        (true, &[1013, 1001, 1013], "an image has two tiles with the number 1013"),
+        (false, &[], "an image without tiles has one picture, with the number 1001"),
+        (false, &[1002], "an image without tiles has one picture, with the number 1001"),
+        (false, &[1001, 1002], "an image without tiles has one picture, with the number 1001"),
     ] {
         assert_eq!(of(is_tiled, numbers).as_deref(), Some(told), "{numbers:?}");
     }
 }
 
 #[test]
-fn pictures_that_take_more_than_is_left_are_refused_by_their_headers() {
+fn pictures_above_the_memory_limit_are_refused_by_their_headers() {
     for (extension, bytes, taken) in [
         ("png", encoded(&rgb8(), ImageFormat::Png), 18),
         ("tga", encoded(&rgb8(), ImageFormat::Tga), 18),
@@ -244,7 +244,7 @@ fn pictures_that_take_more_than_is_left_are_refused_by_their_headers() {
 }
 
 #[test]
-fn tiles_share_the_memory_that_is_left() {
+fn tiles_share_the_memory_limit() {
     let folder = tempfile::tempdir().expect("a folder");
     for number in [1001, 1002, 1003] {
         let path = folder.path().join(format!("wall.{number}.png"));
@@ -263,7 +263,7 @@ fn tiles_share_the_memory_that_is_left() {
 }
 
 #[test]
-fn the_description_of_an_image_names_its_limits() {
+fn the_description_of_an_image_states_its_limits() {
     use crate::parameter::Family as _;
     let declaration = TextureKind::from(plain()).declaration().expect("a declaration");
     let file = declaration.parameters.iter().find(|parameter| parameter.name == "file").expect("a file");

@@ -1,10 +1,10 @@
-//! Levels of pictures, by what a pixel covers.
+//! Levels of pictures, by the area that a pixel covers.
 
 use super::super::{CheckerboardTexture, ScaleTexture};
 use super::*;
 use crate::parameter::Varying;
 
-/// The value of the last of some textures at uv, where a pixel covers an area of uv.
+/// The value of the last of some textures at uv, if a pixel covers an area of uv.
 fn seen(textures: &[TextureKind], images: &[ImageFile], uv: [f32; 2], footprint: f32) -> f32 {
     let mut compiler = Compiler::new(textures, images);
     let root = Wrapping(compiler.root(textures.len() - 1));
@@ -21,7 +21,7 @@ fn numbers() -> Vec<f32> {
 const TEXEL: f32 = 1.0 / 128.0;
 
 #[test]
-fn levels_follow_the_texels_that_a_pixel_covers() {
+fn levels_depend_on_the_texels_covered_by_a_pixel() {
     let images = [file(greys(16, &numbers()))];
     let with = ImageTexture { mipmap: true, ..plain() };
     // The level of 8×4 texels as a picture of its own.
@@ -41,12 +41,12 @@ fn levels_follow_the_texels_that_a_pixel_covers() {
             close(at(footprint), finest);
         }
         close(at(4.0 * TEXEL), coarser);
-        // Twice a texel is half way from one to four.
+        // Twice a texel is halfway from one to four.
         close(at(2.0 * TEXEL), (finest + coarser) / 2.0);
         for footprint in [128.0 * 128.0 * TEXEL, 1e30, f32::MAX] {
             close(at(footprint), mean);
         }
-        // Without levels it is the finest, and so is the nearest texel.
+        // Without levels, or with nearest texels, the finest level is used.
         for without in [plain(), ImageTexture { filter: TexelFilter::Nearest, ..with }] {
             let nearest = ImageTexture { filter: without.filter, ..plain() };
             let expected = seen(&[nearest.into()], &images, uv, 0.0);
@@ -57,11 +57,11 @@ fn levels_follow_the_texels_that_a_pixel_covers() {
 }
 
 #[test]
-fn levels_count_what_is_done_to_uv() {
+fn levels_include_transforms_of_uv() {
     let images = [file(greys(16, &numbers()))];
     let with = ImageTexture { mipmap: true, ..plain() };
     let uv = [0.3, 0.8];
-    // Uv that are scaled cover more texels.
+    // Scaled uv cover more texels.
     let scaled = ImageTexture { uv_scale: [2.0, 0.5], uv_rotate: 90.0, ..with };
     let bare = ImageTexture { mipmap: false, ..scaled };
     let expected = seen(&[bare.into()], &images, uv, 0.0);
@@ -69,7 +69,7 @@ fn levels_count_what_is_done_to_uv() {
     let larger = ImageTexture { uv_scale: [4.0, 4.0], ..with };
     let all = numbers().iter().sum::<f32>() / 128.0;
     assert!((seen(&[larger.into()], &images, uv, 128.0 * 8.0 * TEXEL) - all).abs() < 1e-5);
-    // So do those within a check; behind it they are what they were.
+    // So do those within a check; after it they have their previous values.
     let checks = CheckerboardTexture {
         even: Varying::Texture(0),
         odd: Varying::Texture(0),
@@ -86,7 +86,7 @@ fn levels_count_what_is_done_to_uv() {
 }
 
 #[test]
-fn a_check_of_constants_leaves_the_area_of_a_pixel_as_it_is() {
+fn a_check_of_constants_keeps_the_area_of_a_pixel() {
     let images = [file(greys(16, &numbers()))];
     let with = ImageTexture { mipmap: true, ..plain() };
     let [even, odd] = [0.25, 0.5].map(|grey| Varying::Colour([grey; 3]));
@@ -99,13 +99,13 @@ fn a_check_of_constants_leaves_the_area_of_a_pixel_as_it_is() {
             assert_eq!(seen(&products, &images, uv, footprint), expected, "{uv:?}, {footprint}");
         }
     }
-    // Negative control: eight times the area shows another level.
+    // Negative control: eight times the area uses another level.
     let [own, larger] = [2.0, 16.0].map(|texels| seen(&[with.into()], &images, [0.3, 0.8], texels * TEXEL));
     assert!((own - larger).abs() > 0.01, "{own}, {larger}");
 }
 
 #[test]
-fn tiles_have_levels_of_their_own_and_one_file_has_them_once() {
+fn tiles_have_levels_of_their_own_and_each_file_has_them_once() {
     let tile = |number, grey| Tile { number, picture: Arc::new(greys(4, &[grey, 0.0, grey, 0.0])) };
     let images =
         [ImageFile { name: "tiles".into(), is_tiled: true, tiles: vec![tile(1001, 1.0), tile(1003, 2.0)] }];

@@ -1,4 +1,4 @@
-//! Textures against formulas, and picture files that are right and wrong.
+//! Textures compared with formulas, and valid and invalid picture files.
 
 mod files;
 mod levels;
@@ -12,7 +12,7 @@ use crate::math::lanes::scalar::Wrapping;
 use crate::parameter::ImageIndex;
 use std::sync::Arc;
 
-/// An image that shows the first picture as it is.
+/// A plain image of the first picture.
 fn plain() -> ImageTexture {
     ImageTexture {
         file: ImageIndex(0),
@@ -27,7 +27,7 @@ fn plain() -> ImageTexture {
     }
 }
 
-/// A grey picture of floats, of which the first is at the upper left.
+/// A grey picture of floats, the first one at the upper left.
 fn greys(width: u32, numbers: &[f32]) -> Picture {
     let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
     Picture::new([width, numbers.len() as u32 / width], [1, 1], Depth::Float, &bytes)

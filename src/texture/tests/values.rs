@@ -12,7 +12,7 @@ use crate::parameter::Varying;
 use crate::sampling::Stream;
 use rand::RngExt;
 
-/// The texel at an integer place, wherever that is.
+/// The texel at an integer position, inside or outside the picture.
 fn texel_at(numbers: &[f32], [width, height]: [i64; 2], [x, y]: [i64; 2], [u, v]: [Wrap; 2]) -> f64 {
     let inside = |i: i64, n: i64, wrap: Wrap| match wrap {
         Wrap::Repeat => Some(i.rem_euclid(n)),
@@ -31,7 +31,7 @@ fn texel_at(numbers: &[f32], [width, height]: [i64; 2], [x, y]: [i64; 2], [u, v]
 }
 
 #[test]
-fn texels_are_mixed_and_repeated_by_the_formula() {
+fn texels_are_interpolated_and_repeated_by_the_formula() {
     let numbers = [0.1, 0.9, 0.3, 0.7, 0.2, 0.6, 0.5, 0.8, 0.4, 1.0, 0.0, 0.55];
     let size = [4, 3];
     let images = [file(greys(4, &numbers))];
@@ -66,7 +66,7 @@ fn texels_are_mixed_and_repeated_by_the_formula() {
     }
 }
 
-/// Looks textures up, one a lane, at uv.
+/// Evaluates textures, one per lane, at uv.
 struct LookUp<'a> {
     table: &'a TextureTable,
     textures: [u32; MAX_LANES],
@@ -89,13 +89,13 @@ impl Kernel for LookUp<'_> {
     }
 }
 
-/// A picture of floats that all lanes look up is looked up by another way than two of them side by side.
+/// A picture of floats in all lanes is looked up differently from two pictures in different lanes.
 #[test]
-fn a_picture_of_floats_has_the_same_bits_alone_and_beside_others() {
+fn a_picture_of_floats_has_the_same_bits_alone_and_with_others() {
     let mut stream = Stream::new(17, 1, 0);
     for (depth, channels) in [Depth::Float, Depth::Half].into_iter().flat_map(|d| [(d, 1), (d, 3)]) {
         let mut number = || match depth {
-            // Halves that are finite, denormal ones among them.
+            // Finite halves, including subnormal ones.
             Depth::Half => (stream.random::<u16>() & 0xbfff).to_le_bytes().to_vec(),
             _ => stream.random_range(-1.0..5.0_f32).to_le_bytes().to_vec(),
         };
@@ -131,7 +131,7 @@ fn the_lower_left_corner_of_a_picture_is_at_zero() {
 }
 
 #[test]
-fn uv_are_scaled_then_turned_then_moved() {
+fn uv_are_scaled_then_rotated_then_translated() {
     let images = [file(greys(2, &[1.0, 2.0, 3.0, 4.0]))];
     let with = |uv_scale, uv_rotate, uv_offset| ImageTexture { uv_scale, uv_rotate, uv_offset, ..plain() };
     for (texture, uv) in [
@@ -144,7 +144,7 @@ fn uv_are_scaled_then_turned_then_moved() {
     ] {
         assert_eq!(value(&[texture.into()], &images, uv)[0], 1.0, "{texture:?}");
     }
-    // By any angle, within rounding.
+    // By any angle, up to rounding.
     let texture = with([1.0; 2], 30.0, [0.0; 2]);
     let (sin, cos) = (0.5, 0.75_f32.sqrt());
     let uv = [0.25 * cos + 0.75 * sin, -0.25 * sin + 0.75 * cos];
@@ -152,7 +152,7 @@ fn uv_are_scaled_then_turned_then_moved() {
 }
 
 #[test]
-fn numbers_of_files_are_what_the_colour_space_says() {
+fn numbers_of_files_follow_the_colour_space() {
     let bytes = [10, 128, 250];
     let of = |depth: Depth, bytes: &[u8]| file(Picture::new([1, 1], [3, 3], depth, bytes));
     let eight = of(Depth::Bits8, &bytes);
@@ -184,7 +184,7 @@ fn numbers_of_files_are_what_the_colour_space_says() {
 }
 
 #[test]
-fn floats_that_are_none_become_finite() {
+fn infinities_and_nan_become_finite() {
     let numbers = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -2.0];
     let images = [file(greys(4, &numbers))];
     let texture = [ImageTexture { filter: TexelFilter::Nearest, ..plain() }.into()];
@@ -195,14 +195,14 @@ fn floats_that_are_none_become_finite() {
 const GREY: fn(f64) -> Varying = |x| Varying::Colour([x; 3]);
 
 #[test]
-fn textures_inside_a_check_take_the_coordinates_within_it() {
+fn textures_within_a_check_use_coordinates_within_it() {
     let textures: Vec<TextureKind> = vec![
         plain().into(),
         CheckerboardTexture { even: Varying::Texture(0), odd: GREY(9.0), checks_per_unit: [4.0, 2.0] }.into(),
         CheckerboardTexture { even: Varying::Texture(1), odd: GREY(8.0), checks_per_unit: [1.0; 2] }.into(),
     ];
     let images = [file(greys(2, &[1.0, 2.0, 3.0, 4.0]))];
-    // The check (0, 0) of the outer board holds 4×2 checks, and each even one of these the whole picture.
+    // The check (0, 0) of the outer board contains 4×2 checks, and each even one of these the whole picture.
     for (uv, expected) in [
         ([0.25 / 4.0, 0.25 / 2.0], 3.0),
         ([0.75 / 4.0, 0.75 / 2.0], 2.0),
@@ -216,7 +216,7 @@ fn textures_inside_a_check_take_the_coordinates_within_it() {
 }
 
 #[test]
-fn what_comes_behind_a_check_has_its_own_uv_again() {
+fn textures_after_a_check_use_the_previous_uv() {
     let textures: Vec<TextureKind> = vec![
         plain().into(),
         CheckerboardTexture {
@@ -245,7 +245,7 @@ fn what_comes_behind_a_check_has_its_own_uv_again() {
 }
 
 #[test]
-fn amounts_beyond_one_count_as_one() {
+fn amounts_above_one_count_as_one() {
     let mix = |amount| MixTexture { a: GREY(2.0), b: GREY(3.0), amount };
     let textures: Vec<TextureKind> = vec![
         ConstantTexture { value: Varying::Colour([5.0, 0.0, 0.0]) }.into(),
@@ -271,7 +271,7 @@ fn noise_is_smooth_and_between_its_two_colours() {
         assert!(found.iter().all(|x| (0.0..=1.0).contains(x)));
         assert!((mean - 0.5).abs() < 0.01 && variance > 0.003, "{mean} {variance}");
     }
-    // One octave is a half at the corners of cells, and steps are small.
+    // One octave is a half at the corners of cells, and varies in small steps.
     let corner = values(&[noise(1.0, 0.5).into()], &[], &[([0.0; 2], [-6.0, 4.0, 8.0])]);
     assert_eq!(corner, [[0.5; 3]]);
     let line: Vec<_> = (0..4000).map(|i| ([0.0; 2], [-2.0 + i as f32 * 1e-3, 0.3, 0.7])).collect();
@@ -280,7 +280,7 @@ fn noise_is_smooth_and_between_its_two_colours() {
 }
 
 #[test]
-fn tiles_stand_side_by_side() {
+fn tiles_are_side_by_side() {
     let tile = |number, grey| Tile { number, picture: Arc::new(greys(1, &[grey])) };
     let images = [ImageFile {
         name: "tiles".into(),
@@ -290,12 +290,12 @@ fn tiles_stand_side_by_side() {
     let texture = [plain().into()];
     let at = |u, v| value(&texture, &images, [u, v])[0];
     assert_eq!([at(0.5, 0.5), at(2.01, 0.99), at(1.5, 1.5)], [1.0, 2.0, 3.0]);
-    // Between tiles, around them, and where they would be the first of the next row.
+    // Between tiles, outside them, and at positions that would be the first of the next row.
     assert_eq!([at(1.5, 0.5), at(-0.5, 0.5), at(0.5, 2.5), at(10.5, 0.5), at(0.5, -0.5)], [0.0; 5]);
 }
 
 #[test]
-fn what_takes_too_much_is_found() {
+fn too_complex_textures_are_refused() {
     // The amount of each mix is the mix before it.
     let mut textures: Vec<TextureKind> = vec![plain().into()];
     for i in 0..3 {
@@ -316,7 +316,7 @@ fn what_takes_too_much_is_found() {
     let found = costs(&textures);
     assert_eq!(found.last(), Some(&Err(TooDeep::Instructions)));
     assert_eq!(found[5 * STACK + 2].map(|cost| cost.depth), Ok(3));
-    // As deep on the left as one likes.
+    // Unlimited depth on the left.
     let mut textures: Vec<TextureKind> = vec![plain().into()];
     for i in 0..16 {
         textures.push(ScaleTexture { texture: Varying::Texture(i), by: GREY(1.0) }.into());

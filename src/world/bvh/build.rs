@@ -1,32 +1,32 @@
-//! From boxes to a binary tree: the surface area heuristic over bins (Wald 2007, "On fast Construction of
+//! Builds a binary tree over boxes by the surface area heuristic with binning (Wald 2007, "On fast Construction of
 //! SAH-based Bounding Volume Hierarchies").
 
 use crate::math::Bounds;
 use crate::world::pages;
 
-/// The most items in a leaf, which a ray is tested against all at once.
+/// The maximum number of items in a leaf. A ray is tested against all of them at once.
 pub(super) const LEAF: usize = 8;
 
-/// Bins along an axis, at most.
+/// The maximum number of bins along an axis.
 const BINS: usize = 16;
 
-/// The number of bins for a number of things: few things need few.
+/// The number of bins for a number of primitives.
 fn bins_for(count: usize) -> usize {
     (8 + count / 4).min(BINS)
 }
 
-/// The cost of testing a leaf over that of passing a split. A split is a seventh of a node with eight
-/// children, but a node's children are rarely all of use.
+/// The cost of testing a leaf relative to that of a split. A split is a seventh of a node with eight children, but
+/// rarely are all children of a node useful.
 const LEAF_COST: f64 = 2.0;
 
-/// Splits above a leaf that the heuristic may choose; below, ranges are halved, so that no tree is deeper than
-/// this and the logarithm of its things.
+/// The number of splits above a leaf that the heuristic may choose. Below, ranges are halved, so that the depth of a
+/// tree is at most this plus the logarithm of its number of primitives.
 const CHOSEN_DEPTH: u32 = 40;
 
-/// The deepest that a tree can be: things are numbered in 32 bits.
+/// The maximum depth of a tree; primitives are numbered in 32 bits.
 pub(super) const MAX_DEPTH: usize = CHOSEN_DEPTH as usize + 32;
 
-/// A box in the form in which boxes are joined fastest: what stands in the fourth places does not matter.
+/// A box in the layout in which boxes are joined fastest. The fourth components are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]
 struct Extent {
@@ -52,20 +52,20 @@ impl Extent {
     }
 }
 
-/// A thing to sort into a tree: its box, and in the fourth places which thing it is.
+/// A primitive to sort into a tree: its box, with its kind and index in the fourth components.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item(Extent);
 
 impl Item {
-    /// A thing of a kind, numbered among the things of its kind. Both are below 2³⁰, so that as the bits of floats
-    /// they are numbers, which minimum and maximum leave alone.
+    /// A primitive by its kind and its index among those of its kind. Both are below 2³⁰, so that their bits are valid
+    /// floats, which minimum and maximum preserve.
     pub(super) fn new(bounds: &Bounds, kind: u32, index: u32) -> Item {
         let ([a, b, c], [d, e, f]) = (bounds.low, bounds.high);
         let (kind, index) = (f32::from_bits(kind), f32::from_bits(index));
         Item(Extent { low: [a, b, c, kind], high: [d, e, f, index] })
     }
 
-    /// Only things of one kind share a leaf.
+    /// Only primitives of one kind share a leaf.
     #[inline(always)]
     pub(super) fn kind(&self) -> u32 {
         self.0.low[3].to_bits()
@@ -81,7 +81,7 @@ impl Item {
         self.0.bounds()
     }
 
-    /// Twice the middle.
+    /// Twice the centre.
     #[inline(always)]
     fn middle(&self) -> [f32; 4] {
         let Extent { low, high } = &self.0;
@@ -89,25 +89,25 @@ impl Item {
     }
 }
 
-/// The kind of things of which each is a leaf of its own.
+/// The kind of primitives that each form a leaf of their own.
 pub(super) const ALONE: u32 = 7;
 
-/// Things of one node: what is around them, and around their middles.
+/// The bounds of the primitives of one node, and of their centres.
 #[derive(Clone, Copy, Debug)]
-struct Around {
+struct NodeBounds {
     boxes: Extent,
     middles: Extent,
 }
 
-impl Around {
-    const NOTHING: Around = Around { boxes: Extent::NOTHING, middles: Extent::NOTHING };
+impl NodeBounds {
+    const NOTHING: NodeBounds = NodeBounds { boxes: Extent::NOTHING, middles: Extent::NOTHING };
 
-    fn of(items: &[Item]) -> Around {
-        let mut around = Around::NOTHING;
+    fn of(items: &[Item]) -> NodeBounds {
+        let mut node_bounds = NodeBounds::NOTHING;
         for item in items {
-            around.add(item);
+            node_bounds.add(item);
         }
-        around
+        node_bounds
     }
 
     #[inline(always)]
@@ -128,29 +128,29 @@ pub(super) struct Split {
 /// The contents of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Below {
-    /// Two nodes, of which the first follows.
+    /// Two nodes. The first one follows this node.
     Two { second: u32 },
-    /// Some of the things, as sorted.
+    /// A range of the sorted primitives.
     Leaf { first: u32, count: u32 },
 }
 
-/// Sorts the things and returns the tree over them, its root first. The same things in the same order give
-/// the same tree. There is at least one thing, and all have finite bounds.
+/// Sorts the primitives and returns the tree over them, root first. There must be at least one primitive, and all
+/// bounds must be finite. The tree depends only on the primitives and their order.
 ///
-/// Up to so many threads work at it, which does not show in the tree.
+/// Up to `threads` threads build it, without an effect on the tree.
 pub(super) fn build(items: &mut [Item], threads: usize) -> Vec<Split> {
     let mut splits = pages::with_capacity(items.len() / 2 + 1);
-    let around = Around::of(items);
-    // More shares than threads, so that the system evens out what the sides of the first splits differ by.
+    let node_bounds = NodeBounds::of(items);
+    // More parts than threads, so that the scheduler balances uneven splits.
     let shares = if threads < 2 { 1 } else { 4 * threads };
-    grow(items, &around, 0, 0, &mut splits, shares);
+    grow(items, &node_bounds, 0, 0, &mut splits, shares);
     splits
 }
 
-/// The fewest things that are worth a thread.
+/// The minimum number of primitives per thread.
 const THREAD_PAYS_FROM: usize = 1 << 13;
 
-/// Runs `work` on parts of a slice side by side, each with the index of its first value.
+/// Runs `work` on parts of a slice in parallel, each with the index of its first value.
 pub(super) fn in_parts<T: Send>(all: &mut [T], threads: usize, work: impl Fn(usize, &mut [T]) + Sync) {
     if threads < 2 || all.len() < THREAD_PAYS_FROM {
         return work(0, all);
@@ -166,7 +166,7 @@ pub(super) fn in_parts<T: Send>(all: &mut [T], threads: usize, work: impl Fn(usi
 
 fn grow(
     items: &mut [Item],
-    around: &Around,
+    node_bounds: &NodeBounds,
     first: u32,
     depth: u32,
     splits: &mut Vec<Split>,
@@ -174,8 +174,9 @@ fn grow(
 ) {
     let at = splits.len();
     let count = items.len() as u32;
-    splits.push(Split { bounds: around.boxes.bounds(), below: Below::Leaf { first, count } });
-    let Some(Sides { middle, around: [around_low, around_high] }) = divide(items, around, depth) else {
+    splits.push(Split { bounds: node_bounds.boxes.bounds(), below: Below::Leaf { first, count } });
+    let Some(Sides { middle, node_bounds: [around_low, around_high] }) = divide(items, node_bounds, depth)
+    else {
         return;
     };
     let (low, high) = items.split_at_mut(middle);
@@ -186,7 +187,7 @@ fn grow(
         grow(high, &around_high, second, depth + 1, splits, threads);
         return;
     }
-    // As many for each side as it has things.
+    // Threads are divided in proportion to the primitives.
     let share = low.len() as f64 / (low.len() + high.len()) as f64;
     let for_low = ((threads as f64 * share).round() as usize).clamp(1, threads - 1);
     let above = std::thread::scope(|scope| {
@@ -209,78 +210,78 @@ fn grow(
     }));
 }
 
-/// The number of rounds in which so many things are tested.
+/// The number of tests, of up to [`LEAF`] items each, for so many primitives.
 fn rounds(count: u32) -> f64 {
     f64::from(count.div_ceil(LEAF as u32))
 }
 
-/// Two sides of a node's things.
+/// The two sides of a division of a node's primitives.
 struct Sides {
-    /// The beginning of the second.
+    /// The first index of the second side.
     middle: usize,
-    around: [Around; 2],
+    node_bounds: [NodeBounds; 2],
 }
 
-/// Sorts things into two sides; `None` if they are a leaf.
-fn divide(items: &mut [Item], around: &Around, depth: u32) -> Option<Sides> {
+/// Divides primitives into two sides; `None` if they form a leaf.
+fn divide(items: &mut [Item], node_bounds: &NodeBounds, depth: u32) -> Option<Sides> {
     if items.len() == 1 {
         return None;
     }
     let kind = items[0].kind();
     let may_be_leaf = items.len() <= LEAF && kind != ALONE && items.iter().all(|item| item.kind() == kind);
-    let best = if depth < CHOSEN_DEPTH { cheapest(items, &around.middles) } else { None };
+    let best = if depth < CHOSEN_DEPTH { cheapest(items, &node_bounds.middles) } else { None };
     if may_be_leaf {
-        let area = around.boxes.bounds().half_area();
+        let area = node_bounds.boxes.bounds().half_area();
         let worth_it = best.is_some_and(|best| area + LEAF_COST * best.cost < LEAF_COST * area);
         if !worth_it {
             return None;
         }
     }
     let Some(best) = best else {
-        // All in one place, or too deep: kinds part first, so that leaves can be.
+        // All centres coincide, or the tree is too deep. Kinds are separated first, because leaves hold one kind.
         items.sort_unstable_by_key(|item| (item.kind(), item.index()));
         let border = items.partition_point(|item| item.kind() == items[0].kind());
         let middle = if border < items.len() { border } else { items.len() / 2 };
-        let around = [Around::of(&items[..middle]), Around::of(&items[middle..])];
-        return Some(Sides { middle, around });
+        let node_bounds = [NodeBounds::of(&items[..middle]), NodeBounds::of(&items[middle..])];
+        return Some(Sides { middle, node_bounds });
     };
     let sides = partition(items, &best);
     debug_assert!(sides.middle > 0 && sides.middle < items.len());
     Some(sides)
 }
 
-/// Moves the things of the low side to the front.
+/// Moves the primitives of the low side to the front.
 fn partition(items: &mut [Item], split: &Candidate) -> Sides {
-    let mut around = [Around::NOTHING; 2];
+    let mut node_bounds = [NodeBounds::NOTHING; 2];
     let (mut low, mut high) = (0, items.len());
     let is_low = |item: &Item| split.bins.bins(item)[split.axis] < split.bin;
     while low < high {
         if is_low(&items[low]) {
-            around[0].add(&items[low]);
+            node_bounds[0].add(&items[low]);
             low += 1;
             continue;
         }
-        around[1].add(&items[low]);
+        node_bounds[1].add(&items[low]);
         high -= 1;
         while low < high && !is_low(&items[high]) {
-            around[1].add(&items[high]);
+            node_bounds[1].add(&items[high]);
             high -= 1;
         }
         if low < high {
             items.swap(low, high);
-            around[0].add(&items[low]);
+            node_bounds[0].add(&items[low]);
             low += 1;
         }
     }
-    Sides { middle: low, around }
+    Sides { middle: low, node_bounds }
 }
 
-/// The axes cut into bins of one width each.
+/// The division of the axes into bins of equal width.
 #[derive(Clone, Copy, Debug)]
 struct Bins {
     count: usize,
     from: [f32; 4],
-    /// Zero for an axis along which all the middles are one, or so near that the inverse of their distance is not
+    /// The inverse width; zero for an axis along which all centres coincide, or lie so close that the inverse is not
     /// finite.
     per_unit: [f32; 4],
 }
@@ -296,7 +297,7 @@ impl Bins {
         Bins { count, from: [x, y, z, 0.0], per_unit }
     }
 
-    /// The bin of a thing along each axis: the nearest integer, as the lowest bits of a sum with 2²³.
+    /// The bin of a primitive along each axis: the nearest integer, taken from the lowest bits of a sum with 2²³.
     #[inline(always)]
     fn bins(&self, item: &Item) -> [usize; 4] {
         let middle = item.middle();
@@ -309,18 +310,18 @@ impl Bins {
     }
 }
 
-/// A way to divide.
+/// A possible division.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     bins: Bins,
     axis: usize,
-    /// Bins below this one are the low side.
+    /// Bins below this one form the low side.
     bin: usize,
-    /// Half areas times rounds, both sides.
+    /// Sum over both sides of half the area times the number of tests.
     cost: f64,
 }
 
-/// The division between bins that costs least; `None` if all the things have one middle.
+/// The division between bins with the lowest cost; `None` if all centres coincide.
 fn cheapest(items: &[Item], middles: &Extent) -> Option<Candidate> {
     let bins = Bins::new(bins_for(items.len()), middles);
     let mut extents = [[Extent::NOTHING; BINS]; 3];
@@ -338,7 +339,7 @@ fn cheapest(items: &[Item], middles: &Extent) -> Option<Candidate> {
             continue;
         }
         let (extents, counts) = (&extents[axis], &counts[axis]);
-        // What the high sides cost, from above.
+        // The costs of the high sides, from the last bin down.
         let mut high_cost = [f64::INFINITY; BINS];
         let (mut extent, mut count) = (Extent::NOTHING, 0);
         for bin in (1..bins.count).rev() {

@@ -1,7 +1,7 @@
-//! Trees of boxes, by which a ray is tested against a few surfaces only.
+//! Bounding volume hierarchies, by which a ray is tested against few surfaces.
 //!
-//! Boxes are grown by the error bound of a hit, so that no hit is missed: the hits have the bits of those of
-//! [`Simple`](super::Simple).
+//! Boxes are enlarged by the error bound of a hit, so that no hit is missed: hits are identical to the bit with those
+//! of [`Simple`](super::Simple).
 
 mod build;
 mod node;

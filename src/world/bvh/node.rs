@@ -1,25 +1,25 @@
-//! Nodes of eight children, and the items of leaves.
+//! Nodes with eight children, and the items of leaves.
 
 use super::build::{ALONE, Below, Item, LEAF, Split, in_parts};
 use crate::math::{Bounds, LaneFloat, Ray, Vec3};
-use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Rare, Sphere, SphereForm};
+use crate::shape::{BOUNDS_ERROR, CustomShape, Quad, QuadLanes, Sphere, SphereLanes};
 use crate::world::{FIRST_TRIANGLE, Triangles, pages};
 
-/// Children of a node.
+/// The number of children of a node.
 pub const WIDTH: usize = 8;
 
-/// Eight boxes and what is in them: four lines of a processor's cache.
+/// Eight boxes and their contents; four cache lines.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Low x, y and z, then high x, y and z. An absent child has the box of nothing, and is [`Child::ABSENT`].
+    /// Minimum x, y and z, then maximum x, y and z. An absent child has an empty box and is [`Child::ABSENT`].
     pub(super) planes: [[f32; WIDTH]; 6],
     /// The contents of the boxes.
     pub(super) children: [Child; WIDTH],
 }
 
 impl Node {
-    /// A node of which all children are absent.
+    /// A node whose children are all absent.
     const EMPTY: Node = {
         let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         Node { planes: [low, low, low, high, high, high], children: [Child::ABSENT; WIDTH] }
@@ -31,18 +31,18 @@ impl Node {
     }
 }
 
-/// A reference to a node or a leaf, in one word.
+/// A reference to a node or a leaf, in 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
-/// The target of a reference: an index among the items of its kind.
+/// The target of a reference: an index among the targets of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Node(usize),
     Spheres(usize),
     Quads(usize),
     Triangles(usize),
-    /// One thing alone: in the first tree an instance, in the tree of a group a rare shape.
+    /// A single primitive: in the top-level tree an instance, in the tree of a group a custom shape.
     Lone(usize),
 }
 
@@ -53,12 +53,11 @@ impl Child {
     const TRIANGLES: u32 = 3;
     const LONE: u32 = 7;
 
-    /// The first block of triangles, which is empty: a ray that is not finite enters the box of nothing, too, and has to
-    /// come to an end there.
+    /// The first block of triangles, which is empty. A non-finite ray enters empty boxes too, and must end there.
     const ABSENT: Child = Child(Child::TRIANGLES << Child::INDEX_BITS);
 
     fn new(tag: u32, index: usize) -> Child {
-        assert!(index < 1 << Child::INDEX_BITS, "a tree of {index} nodes");
+        assert!(index < 1 << Child::INDEX_BITS, "a tree with {index} nodes");
         Child(tag << Child::INDEX_BITS | index as u32)
     }
 
@@ -75,14 +74,14 @@ impl Child {
     }
 }
 
-/// The kinds of things, as [`Item::kind`] has them.
+/// The kinds of primitives, as in [`Item::kind`].
 pub(super) const SPHERE: u32 = 0;
 pub(super) const QUAD: u32 = 1;
 pub(super) const TRIANGLE: u32 = 2;
-/// What is alone in its leaf: see [`Target::Lone`].
+/// A primitive that forms a leaf of its own: see [`Target::Lone`].
 pub(super) const LONE: u32 = ALONE;
 
-/// Eight spheres, one column for each property. Places that are left over hold NaN, which nothing meets.
+/// Eight spheres, one column for each property. Unused slots hold NaN, which no ray hits.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Spheres {
@@ -92,7 +91,7 @@ pub(super) struct Spheres {
     pub(super) rows: [u32; LEAF],
 }
 
-/// Eight quads likewise.
+/// Eight quads, in the same layout.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Quads {
@@ -103,10 +102,10 @@ pub(super) struct Quads {
     pub(super) rows: [u32; LEAF],
 }
 
-/// Eight triangles likewise.
+/// Eight triangles, in the same layout.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Eight {
+pub(super) struct Triangle8 {
     corners: [[[f32; LEAF]; 3]; 3],
     pub(super) rows: [u32; LEAF],
 }
@@ -142,9 +141,9 @@ impl Spheres {
 
     /// The spheres, one in each of eight lanes.
     #[inline(always)]
-    pub(super) fn form<F: LaneFloat>(&self) -> SphereForm<F> {
+    pub(super) fn lanes<F: LaneFloat>(&self) -> SphereLanes<F> {
         let to_centre = load3(&self.to_centre);
-        SphereForm {
+        SphereLanes {
             anchor: load3(&self.anchor),
             to_centre,
             twice_to_centre: to_centre * F::splat(2.0),
@@ -175,8 +174,8 @@ impl Quads {
 
     /// The quads, one in each of eight lanes.
     #[inline(always)]
-    pub(super) fn form<F: LaneFloat>(&self) -> QuadForm<F> {
-        QuadForm {
+    pub(super) fn lanes<F: LaneFloat>(&self) -> QuadLanes<F> {
+        QuadLanes {
             normal: load3(&self.normal),
             distance: F::load(&self.distance),
             u_axis: load3(&self.u_axis),
@@ -187,8 +186,8 @@ impl Quads {
     }
 }
 
-impl Eight {
-    const EMPTY: Eight = Eight { corners: [[[f32::NAN; LEAF]; 3]; 3], rows: [u32::MAX; LEAF] };
+impl Triangle8 {
+    const EMPTY: Triangle8 = Triangle8 { corners: [[[f32::NAN; LEAF]; 3]; 3], rows: [u32::MAX; LEAF] };
 
     fn fill(&mut self, triangles: &Triangles, items: &[Item]) {
         for (lane, item) in items.iter().enumerate() {
@@ -200,7 +199,7 @@ impl Eight {
         }
     }
 
-    /// The corners, their coordinates in this order.
+    /// The corners, in this order of coordinates.
     #[inline(always)]
     pub(super) fn corners<F: LaneFloat>(&self, order: [usize; 3]) -> [Vec3<F>; 3] {
         let [x, y, z] = order;
@@ -213,48 +212,49 @@ impl Eight {
     }
 }
 
-/// The tree as rays traverse it.
+/// The tree in the form in which rays traverse it.
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
     pub(super) root: Child,
-    /// Around everything, with room for what rounding does to a ray.
+    /// The bounds of the tree, with a margin for the rounding errors of a ray.
     around: Bounds,
     pub(super) nodes: Vec<Node>,
     pub(super) spheres: Vec<Spheres>,
     pub(super) quads: Vec<Quads>,
-    pub(super) triangles: Vec<Eight>,
-    /// The rare shapes of a group, each a leaf of its own; empty in other trees.
-    pub(super) rare: Vec<(Rare, u32)>,
-    /// The first leaf of triangles that are no needles (see [`crate::shape::NEEDLE`]); none of those after it has any.
+    pub(super) triangles: Vec<Triangle8>,
+    /// The custom shapes of a group, each a leaf of its own; empty in other trees.
+    pub(super) custom: Vec<(CustomShape, u32)>,
+    /// The first leaf of triangles without needles (see [`crate::shape::NEEDLE`]); none of the following leaves has
+    /// any.
     pub(super) first_without_needles: usize,
 }
 
-/// The contents of a box of the tree, for workers that keep it in another form.
+/// The contents of a box of the tree, for workers that store trees in another form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contents<'a> {
-    /// Nothing: there is no such box.
+    /// Nothing: the box is absent.
     Nothing,
-    /// A node, by its number.
+    /// A node, by its index.
     Node(usize),
     /// Surfaces of one kind, numbered as in [`Hit::surface`](crate::world::Hit::surface).
     Leaf(&'a [u32]),
-    /// A group or a shared mesh where it stands, by its index in [`Instances`](crate::world::Instances).
+    /// An instance of a group or of a shared mesh, by its index in [`Instances`](crate::world::Instances).
     Instance(usize),
 }
 
-/// What the items of a tree are, each by its index.
-pub(super) struct Things<'a> {
+/// The primitives that the items of a tree refer to by index.
+pub(super) struct Primitives<'a> {
     pub(super) spheres: &'a [(Sphere, u32)],
     pub(super) quads: &'a [(Quad, u32)],
-    /// Of a group.
-    pub(super) rare: &'a [(Rare, u32)],
+    /// The custom shapes of a group.
+    pub(super) custom: &'a [(CustomShape, u32)],
     pub(super) triangles: &'a Triangles,
 }
 
-/// Some of the things, as sorted.
+/// A range of the sorted primitives.
 type Range = std::ops::Range<usize>;
 
-/// Leaves of each kind, in the order of their numbers. The first one of triangles is empty: see [`Child::ABSENT`].
+/// Leaves of each kind, in the order of their indices. The first leaf of triangles is empty: see [`Child::ABSENT`].
 struct Leaves {
     spheres: Vec<Range>,
     quads: Vec<Range>,
@@ -262,15 +262,15 @@ struct Leaves {
 }
 
 impl Nodes {
-    /// Makes nodes of eight children from those of two: a node takes its children's children in their place, the
-    /// largest first, until it has eight. Up to so many threads fill the leaves.
-    pub(super) fn new(splits: &[Split], items: &[Item], things: &Things<'_>, threads: usize) -> Nodes {
+    /// Makes nodes with eight children from binary nodes: a node replaces its largest children by their children until
+    /// it has eight. Up to `threads` threads fill the leaves.
+    pub(super) fn new(splits: &[Split], items: &[Item], things: &Primitives<'_>, threads: usize) -> Nodes {
         let nothing: Range = 0..0;
         let mut leaves = Leaves { spheres: Vec::new(), quads: Vec::new(), triangles: vec![nothing] };
         let mut nodes = pages::with_capacity(splits.len() / 8);
         let root = match splits[0].below {
             Below::Two { .. } => add(0, splits, items, &mut nodes, &mut leaves),
-            // One leaf: a node of one child, so that its box is somewhere.
+            // A single leaf becomes a node with one child, so that its box is stored.
             Below::Leaf { .. } => {
                 let mut node = Node::EMPTY;
                 node.set_box(0, &splits[0].bounds);
@@ -284,7 +284,7 @@ impl Nodes {
         let spheres = leaves.spheres.iter().map(|range| Spheres::new(all(range).map(|i| things.spheres[i])));
         let quads = leaves.quads.iter().map(|range| Quads::new(all(range).map(|i| things.quads[i])));
         let mut triangles = pages::with_capacity(leaves.triangles.len());
-        triangles.resize(leaves.triangles.len(), Eight::EMPTY);
+        triangles.resize(leaves.triangles.len(), Triangle8::EMPTY);
         in_parts(&mut triangles, threads, |first, part| {
             for (block, range) in part.iter_mut().zip(&leaves.triangles[first..]) {
                 block.fill(things.triangles, &items[range.clone()]);
@@ -297,15 +297,15 @@ impl Nodes {
             spheres: spheres.collect(),
             quads: quads.collect(),
             triangles,
-            rare: things.rare.to_vec(),
+            custom: things.custom.to_vec(),
             first_without_needles,
         }
     }
 
-    /// The lanes whose ray comes to the box around everything before `t_max` or there, all at once; `share` as for
-    /// the boxes within (see [`super::Bvh`]), twice, so that no ray is turned away that one of them would let in.
+    /// The lanes whose rays enter the bounds of the tree no later than at `t_max`. `share` is that of the boxes within
+    /// (see [`super::Bvh`]), applied twice, so that no ray is rejected that one of them would accept.
     ///
-    /// Rays that are not finite meet nothing, and are turned away: they would visit every node.
+    /// Non-finite rays hit nothing and are rejected here; they would visit every node.
     #[inline(always)]
     pub(super) fn reached<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, share: f32) -> F::Mask {
         let error = ray.o.max_abs() * (2.0 * share);
@@ -328,7 +328,7 @@ impl Nodes {
         let rows = match child.target() {
             Target::Node(node) => return Contents::Node(node),
             Target::Lone(index) => {
-                return match self.rare.get(index) {
+                return match self.custom.get(index) {
                     Some((_, row)) => Contents::Leaf(std::slice::from_ref(row)),
                     None => Contents::Instance(index),
                 };
@@ -358,19 +358,19 @@ impl Nodes {
         match child.target() {
             Target::Node(index) => pages::prefetch(&self.nodes[index]),
             Target::Triangles(index) => pages::prefetch(&self.triangles[index]),
-            // There are never so many of the others that they are far away.
+            // The other kinds never have so many leaves that they miss the cache.
             _ => {}
         }
     }
 
-    /// The boxes of the root's children; those of absent children are empty.
+    /// The boxes of the root's children; boxes of absent children are empty.
     pub(super) fn boxes(&self) -> Vec<Bounds> {
         let Node { planes: [low_x, low_y, low_z, high_x, high_y, high_z], .. } = &self.nodes[0];
         let low = |i: usize| [low_x[i], low_y[i], low_z[i]];
         (0..WIDTH).map(|i| Bounds { low: low(i), high: [high_x[i], high_y[i], high_z[i]] }).collect()
     }
 
-    /// Levels of nodes above the deepest leaf.
+    /// The number of levels of nodes above the deepest leaf.
     pub(super) fn depth(&self) -> usize {
         let (mut deepest, mut waiting) = (0, vec![(self.root, 0)]);
         while let Some((child, above)) = waiting.pop() {
@@ -379,27 +379,27 @@ impl Nodes {
                 continue;
             };
             let Node { planes, children } = &self.nodes[index];
-            // A child that is not there has the box of nothing.
+            // An absent child has an empty box.
             let there = (0..WIDTH).filter(|&lane| planes[0][lane] <= planes[3][lane]);
             waiting.extend(there.map(|lane| (children[lane], above + 1)));
         }
         deepest
     }
 
-    /// Bytes in memory.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, rare, first_without_needles: _ } =
+        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, custom, first_without_needles: _ } =
             self;
         size_of_val(&nodes[..])
             + size_of_val(&spheres[..])
             + size_of_val(&quads[..])
             + size_of_val(&triangles[..])
-            + size_of_val(&rare[..])
+            + size_of_val(&custom[..])
     }
 }
 
-/// Puts leaves with needles before those without, behind the empty one, so that a leaf's place says what it may hold.
-/// Returns the place of the first without.
+/// Moves leaves with needles before those without, after the empty one, so that a leaf's index tells whether it may
+/// hold needles. Returns the index of the first leaf without.
 fn needles_first(
     triangles: &Triangles,
     items: &[Item],
@@ -426,7 +426,7 @@ fn needles_first(
     first_without
 }
 
-/// Adds what is at a split, and all below it.
+/// Adds a split and everything below it.
 fn add(split: usize, splits: &[Split], items: &[Item], nodes: &mut Vec<Node>, leaves: &mut Leaves) -> Child {
     if let Below::Leaf { first, count } = splits[split].below {
         let (tag, leaves) = match items[first as usize].kind() {

@@ -1,20 +1,21 @@
-//! How deep trees are, and what stays beside them. `tests/trees.rs` holds their answers against trying everything.
+//! The depth of trees, and the surfaces outside of them. `tests/trees.rs` compares hits with those of an exhaustive
+//! search.
 
 use super::build::{Below, Item, LEAF, MAX_DEPTH, Split, build};
 use crate::math::{Bounds, Ray, Vec3};
 use crate::sampling::Stream;
 use crate::shape::{NOTHING, Quad, Sphere};
-use crate::world::{Finder, Simple, World};
+use crate::world::{AcceleratorChoice, Simple, World};
 use glam::DVec3;
 use rand::RngExt;
 
 #[test]
-fn shapes_that_no_box_holds_stay_beside_the_tree() {
+fn shapes_without_finite_bounds_stay_outside_the_tree() {
     let mut bounded = Simple::default();
     bounded.spheres.push((Sphere::new(DVec3::X * 3e38, 2e38), 0));
     bounded.spheres.push((Sphere::new(DVec3::X * 5.0, 1.0), 1));
     bounded.quads.push((Quad::new(DVec3::splat(3e38), DVec3::X * 3e38, DVec3::Y), 2));
-    let tree = World::new(&bounded, Finder::Bvh);
+    let tree = World::new(&bounded, AcceleratorChoice::Bvh);
     assert_eq!((tree.simple.spheres.len(), tree.simple.quads.len()), (1, 1));
     let ray = Ray::new(Vec3::zero(), Vec3::<f32>::splat([1.0, 0.0, 0.0]));
     let hit = tree.intersect(&ray, true);
@@ -22,13 +23,14 @@ fn shapes_that_no_box_holds_stay_beside_the_tree() {
 }
 
 #[test]
-fn a_tree_of_nothing_has_no_hits() {
-    let tree = World::new(&Simple::default(), Finder::Bvh);
+fn an_empty_tree_has_no_hits() {
+    let tree = World::new(&Simple::default(), AcceleratorChoice::Bvh);
     let ray = Ray::new(Vec3::zero(), Vec3::<f32>::splat([1.0, 0.0, 0.0]));
     assert!(!tree.intersect(&ray, true).is_some() && !tree.occluded(&ray, NOTHING, true, false));
 }
 
-/// Depth of a tree; every box holds those below, every thing is in one leaf, and leaves are of one kind.
+/// The depth of a tree. Checks that every box contains those below it, that every primitive is in exactly one leaf, and
+/// that leaves hold a single kind.
 fn check(splits: &[Split], items: &[Item]) -> usize {
     fn walk(at: usize, splits: &[Split], items: &[Item], seen: &mut Vec<bool>) -> usize {
         let Split { bounds, below } = splits[at];
@@ -54,15 +56,15 @@ fn check(splits: &[Split], items: &[Item]) -> usize {
     }
     let mut seen = vec![false; items.len()];
     let depth = walk(0, splits, items, &mut seen);
-    assert!(seen.iter().all(|&seen| seen), "a thing is in no leaf");
+    assert!(seen.iter().all(|&seen| seen), "a primitive is in no leaf");
     depth
 }
 
 #[test]
-fn no_tree_is_deeper_than_a_rays_stack() {
+fn no_tree_is_deeper_than_the_stack() {
     let stream = &mut Stream::new(13, 0, 0);
     let point = |x: f32, y: f32| Bounds::of([[x, y, 0.0]]);
-    // Anywhere; all in one place; each half as far out as the last, down to the least numbers.
+    // Random positions; coincident positions; positions that halve down to the smallest floats.
     let anywhere: Vec<_> = (0..60_000).map(|_| point(stream.random(), stream.random())).collect();
     let heap = vec![point(1.0, 1.0); 3000];
     let halves: Vec<_> = (0..2000).map(|i| point(0.5_f32.powi(i % 150), 0.0)).collect();
@@ -71,7 +73,7 @@ fn no_tree_is_deeper_than_a_rays_stack() {
         let mut items: Vec<_> = boxes.iter().enumerate().map(make).collect();
         let unsorted = items.clone();
         let splits = build(&mut items, 1);
-        // The same tree from any number of threads.
+        // The number of threads does not change the tree.
         for threads in [2, 3, 16] {
             let mut copy = unsorted.clone();
             assert!(build(&mut copy, threads) == splits, "{threads} threads");

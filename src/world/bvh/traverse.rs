@@ -1,34 +1,34 @@
-//! Traversal of the tree, one ray after the other: each is tested against eight boxes, or the eight items of a leaf, at
-//! a time.
+//! Traversal of the tree, one ray at a time: each ray is tested against eight boxes, or the eight items of a leaf, at
+//! once.
 //!
-//! After a bounce the rays of a packet have little in common: traversed together, they would visit the nodes of all of
-//! them with most lanes idle.
+//! After a bounce the rays of a packet are incoherent: traversed together, they would visit the nodes of all of them
+//! with most lanes idle.
 
 use super::build::MAX_DEPTH;
 use super::node::{Child, Node, Nodes, Target, WIDTH};
 use super::tree::Bvh;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
-use crate::shape::{Meeting, NOTHING, Rare, Shape, Sheared};
+use crate::shape::{CustomShape, NOTHING, Shape, ShearedRay, TriangleHit};
 use crate::world::{Hit, NO_INSTANCE};
 
-/// The size of the stack of children that wait while nearer ones are visited: seven at each level at most.
+/// The size of the stack of pending children: at most seven at each level.
 const STACK: usize = (MAX_DEPTH * (WIDTH - 1)).next_power_of_two();
 
-/// A child that waits, and the distance at which the ray enters its box.
+/// A child to be visited later, and the distance at which the ray enters its box.
 #[derive(Clone, Copy)]
-struct Waiting {
+struct Pending {
     near: f32,
     child: Child,
 }
 
-/// The rays of all lanes, one column for each number. Without times: nothing in a tree moves.
+/// The rays of all lanes, one column for each component. Times are left out, as nothing in a tree moves.
 #[derive(Clone, Copy)]
 pub(super) struct Rays {
     o: [[f32; MAX_LANES]; 3],
     d: [[f32; MAX_LANES]; 3],
     /// Bit `i` is set if lane `i` has a ray.
-    asks: u32,
+    active: u32,
 }
 
 #[inline(always)]
@@ -38,14 +38,14 @@ fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
 
 impl Rays {
     #[inline(always)]
-    pub(super) fn new<F: LaneFloat>(ray: &Ray<F>, asks: F::Mask) -> Rays {
-        Rays { o: columns(ray.o), d: columns(ray.d), asks: asks.bits() }
+    pub(super) fn new<F: LaneFloat>(ray: &Ray<F>, active: F::Mask) -> Rays {
+        Rays { o: columns(ray.o), d: columns(ray.d), active: active.bits() }
     }
 
     /// Calls `f` for each lane that has a ray.
     #[inline(always)]
     fn for_each(&self, mut f: impl FnMut(usize, Ray<f32>)) {
-        let mut lanes = self.asks;
+        let mut lanes = self.active;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
             lanes &= lanes - 1;
@@ -57,20 +57,20 @@ impl Rays {
     }
 }
 
-/// One ray in eight lanes, with the values that tests against boxes use.
+/// One ray, copied to eight lanes, with the values that box tests use.
 struct Probe<F> {
     ray: Ray<F>,
-    /// The ray as tests against triangles use it, and the order of its coordinates.
-    sheared: (Sheared<F>, [usize; 3]),
+    /// The ray in the form that triangle tests use, and the order of its axes.
+    sheared: (ShearedRay<F>, [usize; 3]),
     /// 1/d.
     inverse: Vec3<F>,
-    /// The origin for near sides, and the one for far sides: moved apart by the error bound of a hit, which is a share
-    /// of the origin's largest coordinate (see [`BOUNDS_ERROR`](crate::shape::BOUNDS_ERROR)).
+    /// The origin for near planes and the one for far planes, moved apart by the error bound of a hit: a fraction of
+    /// the origin's largest coordinate (see [`BOUNDS_ERROR`](crate::shape::BOUNDS_ERROR)).
     near_o: Vec3<F>,
     far_o: Vec3<F>,
-    /// The indices of a node's planes that are near sides.
+    /// The indices of the near planes in a node.
     near: [usize; 3],
-    /// And of those that are far sides.
+    /// The indices of the far planes in a node.
     far: [usize; 3],
 }
 
@@ -80,12 +80,12 @@ impl<F: LaneFloat> Probe<F> {
         let (o, d) = ([ray.o.x, ray.o.y, ray.o.z], [ray.d.x, ray.d.y, ray.d.z]);
         let error = ray.o.max_abs() * share;
         let splat = |v: [f32; 3]| Vec3::<F>::splat(v);
-        // The sign of zero matters: its inverse is an infinity of that sign.
+        // The sign of zero matters: its inverse is an infinity of the same sign.
         let back = d.map(|d| d.is_sign_negative());
         let moved = |i: usize, by: f32| o[i] + if back[i] { -by } else { by };
         Probe {
             ray: Ray::new(splat(o), splat(d)),
-            sheared: Sheared::one(ray),
+            sheared: ShearedRay::one(ray),
             inverse: splat(d.map(|d| 1.0 / d)),
             near_o: splat([0, 1, 2].map(|i| moved(i, error))),
             far_o: splat([0, 1, 2].map(|i| moved(i, -error))),
@@ -94,10 +94,10 @@ impl<F: LaneFloat> Probe<F> {
         }
     }
 
-    /// The distances at which the ray enters the boxes of a node's children, and the lanes of those that it enters no
-    /// later than at `t_max`.
+    /// The distances at which the ray enters the boxes of a node's children, and the lanes of the boxes that it enters
+    /// no later than at `t_max`.
     ///
-    /// A ray in the plane of a box's side gives 0·∞ = NaN there, which `min` and `max` ignore.
+    /// For a ray in the plane of a side, 0·∞ = NaN, which `min` and `max` ignore.
     #[inline(always)]
     fn enter(&self, node: &Node, t_max: F) -> (F, F::Mask) {
         let plane = |i: usize| F::load(&node.planes[i]);
@@ -111,14 +111,14 @@ impl<F: LaneFloat> Probe<F> {
     }
 }
 
-/// Visits the leaves whose boxes a ray enters no later than at `t_max`, of a node's children the nearest
-/// first. `leaf` returns the new `t_max`, or `None` to end the traversal.
+/// Visits the leaves whose boxes a ray enters no later than at `t_max`, nearest children first. `leaf` returns the new
+/// `t_max`, or `None` to end the traversal.
 #[inline(always)]
 fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
     tree: &Nodes,
     probe: &Probe<F>,
     mut t_max: f32,
-    stack: &mut [Waiting; STACK],
+    stack: &mut [Pending; STACK],
     mut leaf: impl FnMut(Target, f32) -> Option<f32>,
 ) {
     let mut top = 0;
@@ -130,7 +130,7 @@ fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
                 let (near, entered) = probe.enter(node, F::splat(t_max));
                 let mut lanes = entered.bits();
                 if lanes == 0 {
-                    // Most nodes that are left are waiting ones.
+                    // Most nodes that are culled here are pending ones.
                 } else {
                     let first = lanes.trailing_zeros() as usize & (WIDTH - 1);
                     lanes &= lanes - 1;
@@ -142,8 +142,8 @@ fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
                     near.store(&mut nears);
                     let second = lanes.trailing_zeros() as usize & (WIDTH - 1);
                     lanes &= lanes - 1;
-                    let waiting = |lane: usize| Waiting { near: nears[lane], child: node.children[lane] };
-                    let (mut nearest, mut next) = (waiting(first), waiting(second));
+                    let pending = |lane: usize| Pending { near: nears[lane], child: node.children[lane] };
+                    let (mut nearest, mut next) = (pending(first), pending(second));
                     if NEAREST_FIRST && next.near < nearest.near {
                         (nearest, next) = (next, nearest);
                     }
@@ -155,7 +155,7 @@ fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
                     while lanes != 0 {
                         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
                         lanes &= lanes - 1;
-                        let mut new = waiting(lane);
+                        let mut new = pending(lane);
                         if !NEAREST_FIRST {
                             stack[top & (STACK - 1)] = new;
                             top += 1;
@@ -164,7 +164,7 @@ fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
                         if new.near < nearest.near {
                             (nearest, new) = (new, nearest);
                         }
-                        // Farther ones go deeper down the stack.
+                        // Farther children go deeper into the stack.
                         let mut at = top;
                         while at > base && stack[(at - 1) & (STACK - 1)].near < new.near {
                             stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
@@ -182,7 +182,7 @@ fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
                 None => return,
             },
         }
-        // A box that is entered at the distance of the best hit may hold a hit of a lower row.
+        // A box that is entered at the distance of the best hit may hold a hit with a lower row.
         loop {
             if top == 0 {
                 return;
@@ -199,40 +199,40 @@ fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
 
 /// A hit on a surface other than a triangle.
 #[inline(always)]
-fn without_weights<F: LaneFloat>(t: F) -> Meeting<F> {
-    Meeting { t, weights: [F::zero(); 2] }
+fn without_weights<F: LaneFloat>(t: F) -> TriangleHit<F> {
+    TriangleHit { t, weights: [F::zero(); 2] }
 }
 
-/// The hits of a ray on eight items, and their rows. `UNIT` says that the ray's direction has a length of one.
+/// The hits of a ray on eight items, and their rows. `UNIT` means that the ray's direction has unit length.
 #[inline(always)]
 fn meetings<'a, F: LaneFloat, const UNIT: bool>(
     tree: &'a Nodes,
     target: Target,
     probe: &Probe<F>,
-) -> (Meeting<F>, &'a [u32; WIDTH]) {
+) -> (TriangleHit<F>, &'a [u32; WIDTH]) {
     let ray = &probe.ray;
     match target {
         Target::Triangles(index) => {
             let block = &tree.triangles[index];
             let (sheared, order) = &probe.sheared;
             let may_have_needles = index < tree.first_without_needles;
-            (sheared.meet(block.corners(*order), may_have_needles), &block.rows)
+            (sheared.intersect(block.corners(*order), may_have_needles), &block.rows)
         }
         Target::Spheres(index) => {
             let block = &tree.spheres[index];
-            let form = block.form();
+            let form = block.lanes();
             let t = if UNIT { form.intersect(ray) } else { form.intersect_any_length(ray) };
             (without_weights(t), &block.rows)
         }
         Target::Quads(index) => {
             let block = &tree.quads[index];
-            (without_weights(block.form().intersect(ray)), &block.rows)
+            (without_weights(block.lanes().intersect(ray)), &block.rows)
         }
         Target::Node(_) | Target::Lone(_) => unreachable!("no leaf"),
     }
 }
 
-/// The first hits of the rays of all lanes, as in [`crate::world::Hit`].
+/// The first hits of the rays of all lanes: see [`crate::world::Hit`].
 pub(super) struct Found {
     pub(super) t: [f32; MAX_LANES],
     pub(super) surface: [u32; MAX_LANES],
@@ -259,9 +259,9 @@ struct Nearest {
 }
 
 impl Nearest {
-    /// Tests a rare shape of an instance.
+    /// Tests a custom shape of an instance.
     #[inline(always)]
-    fn ask_rare(&mut self, (shape, surface): &(Rare, u32), ray: &Ray<f32>, instance: u32) {
+    fn test_custom(&mut self, (shape, surface): &(CustomShape, u32), ray: &Ray<f32>, instance: u32) {
         let t = shape.intersect(ray);
         let lower = (instance, *surface) < (self.instance, self.surface);
         if t < self.t || (t == self.t && t < NOTHING && lower) {
@@ -271,14 +271,14 @@ impl Nearest {
 
     /// Tests a leaf in the tree of an instance.
     #[inline(always)]
-    fn ask<F: LaneFloat, const UNIT: bool>(
+    fn test_leaf<F: LaneFloat, const UNIT: bool>(
         &mut self,
         tree: &Nodes,
         target: Target,
         probe: &Probe<F>,
         instance: u32,
     ) {
-        let (Meeting { t, weights }, surfaces) = meetings::<F, UNIT>(tree, target, probe);
+        let (TriangleHit { t, weights }, surfaces) = meetings::<F, UNIT>(tree, target, probe);
         let mut near = (t.lt(F::splat(NOTHING)) & t.le(F::splat(self.t))).bits();
         if near == 0 {
             return;
@@ -288,7 +288,7 @@ impl Nearest {
         while near != 0 {
             let i = near.trailing_zeros() as usize & (WIDTH - 1);
             near &= near - 1;
-            // A tie goes to the lower instance and surface, so that the order of visits does not matter.
+            // Ties go to the lower instance and then to the lower surface, so that the order of visits does not matter.
             let lower = (instance, surfaces[i]) < (self.instance, self.surface);
             if each[i] < self.t || (each[i] == self.t && lower) {
                 let weights = [weights[0].lane(i), weights[1].lane(i)];
@@ -303,20 +303,20 @@ pub(super) struct Closest<'a> {
     pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
-    /// The greatest distances of hits.
+    /// The maximum distances of hits.
     pub(super) t_max: [f32; MAX_LANES],
 }
 
-// Closures too must be inlined into code that is compiled for the level, or run without its instructions.
+// Closures, too, must be inlined into code that is compiled for the level; otherwise they run without its instructions.
 impl Kernel for Closest<'_> {
     type Output = Found;
 
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> Found {
         let Closest { world, tree, rays, t_max } = self;
-        let nothing = Waiting { near: 0.0, child: tree.root };
+        let nothing = Pending { near: 0.0, child: tree.root };
         let mut stack = [nothing; STACK];
-        // Clearing a stack takes longer than many rays do, and most scenes need no second one.
+        // Clearing a stack takes longer than many traversals, and most scenes need no second stack.
         let mut inner_stack = (!world.instances.is_empty()).then_some([nothing; STACK]);
         let mut found = Found::NOTHING;
         rays.for_each(
@@ -334,7 +334,7 @@ impl Kernel for Closest<'_> {
                     #[inline(always)]
                     |target, t_max| {
                         let (Target::Lone(instance), Some(inner_stack)) = (target, &mut inner_stack) else {
-                            nearest.ask::<_, true>(tree, target, &probe, NO_INSTANCE);
+                            nearest.test_leaf::<_, true>(tree, target, &probe, NO_INSTANCE);
                             return Some(nearest.t);
                         };
                         let mesh = &world.meshes[world.instances.mesh[instance] as usize];
@@ -349,8 +349,8 @@ impl Kernel for Closest<'_> {
                             |target, _| {
                                 let number = instance as u32 + 1;
                                 match target {
-                                    Target::Lone(rare) => nearest.ask_rare(&mesh.rare[rare], &ray, number),
-                                    target => nearest.ask::<_, false>(mesh, target, &probe, number),
+                                    Target::Lone(i) => nearest.test_custom(&mesh.custom[i], &ray, number),
+                                    target => nearest.test_leaf::<_, false>(mesh, target, &probe, number),
                                 }
                                 Some(nearest.t)
                             },
@@ -372,14 +372,14 @@ impl Kernel for Closest<'_> {
     }
 }
 
-/// The lanes whose ray has a hit before a distance: bit `i` is lane `i`.
+/// The lanes whose rays hit something before a distance: bit `i` is lane `i`.
 pub(super) struct Any<'a> {
     pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
     pub(super) t_max: [f32; MAX_LANES],
-    /// Bit `i` is set if lane `i` passes through triangles.
-    pub(super) past_triangles: u32,
+    /// Bit `i` is set if lane `i` ignores meshes.
+    pub(super) ignores_meshes: u32,
 }
 
 impl Kernel for Any<'_> {
@@ -387,10 +387,10 @@ impl Kernel for Any<'_> {
 
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> u32 {
-        let Any { world, tree, rays, t_max, past_triangles } = self;
-        let nothing = Waiting { near: 0.0, child: tree.root };
+        let Any { world, tree, rays, t_max, ignores_meshes } = self;
+        let nothing = Pending { near: 0.0, child: tree.root };
         let mut stack = [nothing; STACK];
-        // A stack takes longer to clear than many a ray takes: most scenes have no use for a second one.
+        // Clearing a stack takes longer than many traversals, and most scenes need no second stack.
         let mut inner_stack = (!world.instances.is_empty()).then_some([nothing; STACK]);
         let mut met = 0;
         rays.for_each(
@@ -399,7 +399,7 @@ impl Kernel for Any<'_> {
                 let probe = Probe::<F::Octet>::new(&ray, world.share);
                 let limit = t_max[lane];
                 let mut meets = false;
-                let past_triangles = past_triangles >> lane & 1 != 0;
+                let ignores_meshes = ignores_meshes >> lane & 1 != 0;
                 visit::<_, false>(
                     tree,
                     &probe,
@@ -407,7 +407,7 @@ impl Kernel for Any<'_> {
                     &mut stack,
                     #[inline(always)]
                     |target, limit| {
-                        if past_triangles && matches!(target, Target::Triangles(_) | Target::Lone(_)) {
+                        if ignores_meshes && matches!(target, Target::Triangles(_) | Target::Lone(_)) {
                             return Some(limit);
                         }
                         if let (Target::Lone(instance), Some(inner_stack)) = (target, &mut inner_stack) {
@@ -422,7 +422,7 @@ impl Kernel for Any<'_> {
                                 #[inline(always)]
                                 |target, limit| {
                                     meets = match target {
-                                        Target::Lone(rare) => mesh.rare[rare].0.intersect(&ray) < limit,
+                                        Target::Lone(custom) => mesh.custom[custom].0.intersect(&ray) < limit,
                                         target => {
                                             let t = meetings::<_, false>(mesh, target, &probe).0.t;
                                             t.lt(F::Octet::splat(limit)).any()
@@ -445,7 +445,7 @@ impl Kernel for Any<'_> {
     }
 }
 
-/// A number of each lane.
+/// A component for each lane.
 #[inline(always)]
 fn column<F: LaneFloat>(x: F) -> [f32; MAX_LANES] {
     let mut column = [0.0; MAX_LANES];
@@ -454,16 +454,16 @@ fn column<F: LaneFloat>(x: F) -> [f32; MAX_LANES] {
 }
 
 impl Bvh {
-    /// The first hit of each ray, if it is no farther than `t_max`; otherwise a farther one or no hit. The hits of
-    /// lanes outside `asks` are unspecified.
+    /// The first hit of each ray at a distance of at most `t_max`; otherwise a farther hit or none. The hits of lanes
+    /// outside `active` are unspecified.
     #[inline(always)]
-    pub fn intersect_within<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
+    pub fn intersect_within<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, active: F::Mask) -> Hit<F> {
         let Some(tree) = &self.tree else { return Hit::none() };
-        let asks = asks & tree.reached(ray, t_max, self.share);
-        if !asks.any() {
+        let active = active & tree.reached(ray, t_max, self.share);
+        if !active.any() {
             return Hit::none();
         }
-        let rays = Rays::new(ray, asks);
+        let rays = Rays::new(ray, active);
         let found = F::outlined(Closest { world: self, tree, rays, t_max: column(t_max) });
         Hit {
             t: F::load(&found.t),
@@ -473,27 +473,27 @@ impl Bvh {
         }
     }
 
-    /// The lanes whose ray meets anything, as [`World::occluded`](crate::world::World::occluded) says.
+    /// The lanes whose rays hit anything: see [`World::occluded`](crate::world::World::occluded).
     #[inline(always)]
     pub fn occluded<F: LaneFloat>(
         &self,
         ray: &Ray<F>,
         limit: F,
-        asks: F::Mask,
-        past_triangles: F::Mask,
+        active: F::Mask,
+        ignores_meshes: F::Mask,
     ) -> F::Mask {
         let Some(tree) = &self.tree else { return F::Mask::splat(false) };
-        let asks = if self.is_of_meshes { asks & !past_triangles } else { asks };
-        if !asks.any() {
-            return asks;
+        let active = if self.is_of_meshes { active & !ignores_meshes } else { active };
+        if !active.any() {
+            return active;
         }
-        let asks = asks & tree.reached(ray, limit, self.share);
-        if !asks.any() {
-            return asks;
+        let active = active & tree.reached(ray, limit, self.share);
+        if !active.any() {
+            return active;
         }
-        let rays = Rays::new(ray, asks);
-        let past_triangles = past_triangles.bits();
-        let any = Any { world: self, tree, rays, t_max: column(limit), past_triangles };
+        let rays = Rays::new(ray, active);
+        let ignores_meshes = ignores_meshes.bits();
+        let any = Any { world: self, tree, rays, t_max: column(limit), ignores_meshes };
         F::Mask::from_bits(F::outlined(any))
     }
 }

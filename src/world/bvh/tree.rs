@@ -1,38 +1,39 @@
-//! The trees of a world: their surfaces, and the contents of their boxes.
+//! The trees of a world: construction, and access for other workers.
 
 use super::build::{Item, build, in_parts};
-use super::node::{Contents, LONE, Nodes, QUAD, SPHERE, TRIANGLE, Things, WIDTH};
+use super::node::{Contents, LONE, Nodes, Primitives, QUAD, SPHERE, TRIANGLE, WIDTH};
 use crate::math::Bounds;
 use crate::shape::{BOUNDS_ERROR, Shape};
-use crate::world::{Instances, Members, Simple, Treed, pages};
+use crate::world::{Instances, Members, Simple, TreeScope, pages};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Coordinates as far out as this have squares that are not finite.
+/// Coordinates of this size have squares that are not finite.
 const FARTHEST: f32 = 1e18;
 
-/// Bounded surfaces in a tree of boxes, eight at each node. Groups and shared meshes have trees of their own, each in
-/// its own space, which the instances in the first tree lead to.
+/// Bounded surfaces in a bounding volume hierarchy with eight children per node. Groups and shared meshes have trees of
+/// their own, in their own spaces; the instances in the top-level tree refer to them.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// `None` if there is nothing.
+    /// The top-level tree; `None` if it is empty.
     pub(super) tree: Option<Nodes>,
     /// The trees of the groups and of the shared meshes.
     pub(super) meshes: Vec<Nodes>,
     pub(super) instances: Arc<Instances>,
-    /// By how much of its origin's largest coordinate a ray is moved beside the first tree's boxes.
+    /// The fraction of a ray's largest origin coordinate by which the ray is moved relative to the boxes of the
+    /// top-level tree.
     pub(super) share: f32,
-    /// The same in the trees of groups and shared meshes.
+    /// The same fraction for the trees of groups and shared meshes.
     pub(super) share_within: f32,
-    /// Whether nothing but meshes is in it.
+    /// Whether it holds nothing but meshes.
     pub(super) is_of_meshes: bool,
 }
 
 impl Bvh {
-    /// Sorts surfaces into a tree, built by so many threads, and returns those that stay beside it: the unbounded
-    /// ones, those that no box can hold, and all but meshes where the tree is [of meshes](Treed::Meshes).
-    pub(in crate::world) fn of(surfaces: &Simple, treed: Treed, threads: usize) -> (Simple, Bvh) {
-        Bvh::with(surfaces, treed, |bounds| bounds, threads)
+    /// Sorts surfaces into a tree, built by `threads` threads, and returns the surfaces that stay outside: those that
+    /// are unbounded or too large for a box and, [with meshes only](TreeScope::Meshes), all but meshes.
+    pub(in crate::world) fn of(surfaces: &Simple, tree_scope: TreeScope, threads: usize) -> (Simple, Bvh) {
+        Bvh::with(surfaces, tree_scope, |bounds| bounds, threads)
     }
 
     /// The tree's memory, in bytes.
@@ -41,22 +42,23 @@ impl Bvh {
         trees.map(Nodes::bytes).sum::<usize>() + self.instances.bytes()
     }
 
-    /// Levels of nodes above the deepest leaf.
+    /// The number of levels of nodes above the deepest leaf.
     pub fn depth(&self) -> usize {
         self.tree.as_ref().map_or(0, Nodes::depth)
     }
 
-    /// The same with other boxes than the shapes' own: tests hold trees to boxes that are too small.
+    /// As [`Self::of`] with other bounds than those of the shapes, so that tests can check that too small bounds are
+    /// detected.
     pub fn with(
         all: &Simple,
-        treed: Treed,
+        tree_scope: TreeScope,
         change: impl Fn(Bounds) -> Bounds + Sync,
         threads: usize,
     ) -> (Simple, Bvh) {
-        let Simple { planes, spheres, quads, rare, .. } = all.clone();
-        let mut beside = Simple { planes, rare, ..Simple::default() };
+        let Simple { planes, spheres, quads, custom, .. } = all.clone();
+        let mut beside = Simple { planes, custom, ..Simple::default() };
         let mut items = pages::with_capacity(all.len());
-        if treed == Treed::Meshes {
+        if tree_scope == TreeScope::Meshes {
             (beside.spheres, beside.quads) = (spheres, quads);
         } else {
             for (index, sphere) in spheres.into_iter().enumerate() {
@@ -82,16 +84,19 @@ impl Bvh {
                 }
             });
         };
-        // The triangles of a mesh all fit: its reader and its transform have been checked.
+        // The triangles of a mesh all have finite bounds: its reader and its transform have been checked.
         triangles(&mut items, 0..all.triangles.placed());
         let tree_of = |mut items: Vec<Item>, members: Option<&Members>| {
             let splits = build(&mut items, threads);
             let things = match members {
-                None => {
-                    Things { spheres: &all.spheres, quads: &all.quads, rare: &[], triangles: &all.triangles }
-                }
-                Some(Members { spheres, quads, rare }) => {
-                    Things { spheres, quads, rare, triangles: &all.triangles }
+                None => Primitives {
+                    spheres: &all.spheres,
+                    quads: &all.quads,
+                    custom: &[],
+                    triangles: &all.triangles,
+                },
+                Some(Members { spheres, quads, custom }) => {
+                    Primitives { spheres, quads, custom, triangles: &all.triangles }
                 }
             };
             Nodes::new(&splits, &items, &things, threads)
@@ -102,15 +107,15 @@ impl Bvh {
             let mut items = pages::with_capacity(range.len());
             triangles(&mut items, range.clone());
             let members = all.instances.groups.get(thing);
-            if let Some(Members { spheres, quads, rare }) = members {
-                // All of them fit: a scene that is checked has no group that reaches farther.
+            if let Some(Members { spheres, quads, custom }) = members {
+                // All of them have finite bounds: checked scenes have no group of greater extent.
                 let of_kind = |kind| {
                     let change = &change;
                     move |(i, bounds)| Item::new(&change(bounds), kind, i)
                 };
                 items.extend((0..).zip(spheres.iter().map(|(s, _)| s.bounds())).map(of_kind(SPHERE)));
                 items.extend((0..).zip(quads.iter().map(|(q, _)| q.bounds())).map(of_kind(QUAD)));
-                items.extend((0..).zip(rare.iter().map(|(r, _)| r.bounds())).map(of_kind(LONE)));
+                items.extend((0..).zip(custom.iter().map(|(r, _)| r.bounds())).map(of_kind(LONE)));
             }
             meshes.push(tree_of(items, members));
         }
@@ -127,24 +132,24 @@ impl Bvh {
     }
 }
 
-/// One tree, for workers that keep it in another form.
+/// Read access to one tree, for workers that store trees in another form.
 #[derive(Clone, Copy, Debug)]
 pub struct Boxes<'a>(&'a Nodes);
 
 impl<'a> Boxes<'a> {
-    /// The root.
+    /// The root node.
     pub fn root(self) -> Contents<'a> {
         self.0.contents(self.0.root)
     }
 
-    /// The boxes of a node's children, and what they hold. A box is grown as [`Shape::bounds`] says.
+    /// The boxes of a node's children, and their contents. Boxes are enlarged as in [`Shape::bounds`].
     pub fn children(self, node: usize) -> [(Bounds, Contents<'a>); WIDTH] {
         self.0.children(node)
     }
 }
 
 impl Bvh {
-    /// The tree in the world's own space, if anything is in it.
+    /// The top-level tree, unless it is empty.
     pub fn boxes(&self) -> Option<Boxes<'_>> {
         self.tree.as_ref().map(Boxes)
     }
@@ -154,8 +159,8 @@ impl Bvh {
         self.meshes.iter().map(Boxes)
     }
 
-    /// The share of a ray's origin by which it has to be moved beside the boxes of the tree in the world's own space:
-    /// at least [`BOUNDS_ERROR`]. [`Instances::share_within`] is that in the others.
+    /// The fraction of a ray's largest origin coordinate by which the ray has to be moved relative to the boxes of the
+    /// top-level tree: at least [`BOUNDS_ERROR`]. For the other trees, see [`Instances::share_within`].
     pub fn share(&self) -> f32 {
         self.share
     }

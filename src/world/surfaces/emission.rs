@@ -1,4 +1,4 @@
-//! What surfaces emit.
+//! The emission of surfaces.
 
 use super::{SurfacePoint, SurfaceTable};
 use crate::math::{Float, Rgb, Uint};
@@ -10,13 +10,13 @@ impl SurfaceTable {
         self.has_textured_emission
     }
 
-    /// The textures that the emissions of points are, or [`NO_TEXTURE`](crate::texture::NO_TEXTURE).
+    /// The textures of the emission at points, or [`NO_TEXTURE`](crate::texture::NO_TEXTURE).
     #[inline(always)]
     pub fn emission_texture<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
         F::Uint::gather(&self.emission_texture, point.row)
     }
 
-    /// Radiance that surfaces emit on their outward sides, where it is no texture.
+    /// Radiance that surfaces emit on their outward sides, W·m⁻²·sr⁻¹, where it is no texture.
     #[inline(always)]
     pub fn emission<F: Float>(&self, point: &SurfacePoint<F>) -> Rgb<F> {
         Rgb::gather(&self.emission, point.row)

@@ -1,4 +1,4 @@
-//! How uv grow along surfaces, for maps of normals and heights.
+//! Gradients of uv along surfaces, for normal and height maps.
 
 use super::{SurfacePoint, SurfaceTable};
 use crate::material::UvBasis;
@@ -6,21 +6,21 @@ use crate::math::{Float, Mask, Uint, Vec3, function};
 use crate::world::triangles::FIRST_TRIANGLE;
 use std::f32::consts::PI;
 
-/// Nearer to the poles of a sphere u grows as it does here.
+/// The smallest sine of θ: closer to the poles of a sphere, gradients are those at this angle.
 const LEAST_SINE: f32 = 1e-3;
 
 impl SurfaceTable {
-    /// How uv lie on surfaces at points. Where they do not grow in two directions, ∂p/∂u and ∂p/∂v are zero.
+    /// ∂p/∂u and ∂p/∂v on surfaces at points; zero where the uv mapping is degenerate.
     #[inline(always)]
     pub fn uv_basis<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> UvBasis<F> {
         let point = *point;
         function!(F, uv_basis(point, instance), {
             let [gradient_u, gradient_v] = self.uv_gradients(&point, instance);
-            // Of unit vectors, as lengths of gradients differ by many orders of magnitude.
+            // Computed from unit vectors, because the lengths of gradients differ by many orders of magnitude.
             let (of_u, of_v) = (unit_length(gradient_u), unit_length(gradient_v));
             let (u, v) = (gradient_u * of_u, gradient_v * of_v);
             let turn = u.cross(v).dot(point.n);
-            // Parallel gradients, and gradients that are none.
+            // Parallel or zero gradients.
             let is_sound = turn.abs().gt(F::splat(1e-6));
             let per_turn = (F::splat(1.0) / turn).only(is_sound);
             UvBasis {
@@ -50,7 +50,7 @@ impl SurfaceTable {
         }
     }
 
-    /// The same on all but meshes.
+    /// Gradients on all surfaces but meshes.
     #[inline(always)]
     fn smooth_uv_gradients<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> [Vec3<F>; 2] {
         let (mut p, mut n, row) = (point.p, point.n, point.row);
@@ -65,7 +65,8 @@ impl SurfaceTable {
                 gradients,
                 #[inline(always)]
                 || {
-                    // Of φ/2π and θ/π, where d is the direction from the centre and sin θ its part across the poles.
+                    // Of φ/2π and θ/π, where d is the direction from the centre, and sin θ the length of its component
+                    // perpendicular to the z axis.
                     let d = n * F::gather(&self.orientation, row);
                     let sin2 = (d.x * d.x + d.y * d.y).max(F::splat(LEAST_SINE * LEAST_SINE));
                     let (of_u, of_v) =
@@ -74,13 +75,13 @@ impl SurfaceTable {
                 },
             );
         }
-        if self.has_rare {
+        if self.has_custom {
             gradients = F::branch(
                 radius.lt(F::zero()),
                 gradients,
                 #[inline(always)]
                 || {
-                    let (kind, form) = self.rare::<F>(row);
+                    let (kind, form) = self.custom::<F>(row);
                     form.uv_gradients(kind, p)
                 },
             );
@@ -92,7 +93,7 @@ impl SurfaceTable {
     }
 }
 
-/// One over the length of a vector; zero of none.
+/// The inverse length of a vector; zero for a zero vector.
 #[inline(always)]
 fn unit_length<F: Float>(v: Vec3<F>) -> F {
     let most = v.max_abs();

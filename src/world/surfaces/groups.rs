@@ -1,6 +1,7 @@
-//! Hits on surfaces of groups other than triangles: they are completed in the group's own space, and taken to the world.
+//! Hits on surfaces of groups other than triangles. They are completed in the group's own space and transformed to the
+//! world.
 //!
-//! All of it is behind [`SurfaceTable::has_groups`], in functions of their own: scenes without groups pay nothing.
+//! All of it is behind [`SurfaceTable::has_groups`], in separate functions: scenes without groups pay nothing.
 
 use super::SurfaceTable;
 use crate::math::{Float, Ray, Vec3};
@@ -8,7 +9,7 @@ use crate::world::rarely;
 use crate::world::triangles::is_shared;
 
 impl SurfaceTable {
-    /// Rays in the own spaces of their hits' groups, where they are in one.
+    /// Rays in the spaces of the groups that they hit; other rays are unchanged.
     #[inline(always)]
     pub(super) fn ray_within<F: Float>(&self, ray: &Ray<F>, instance: F::Uint, lanes: F::Mask) -> Ray<F> {
         rarely();
@@ -26,7 +27,7 @@ impl SurfaceTable {
         )
     }
 
-    /// Points, outward normals of length one, and error bounds in the world, of those in groups.
+    /// World-space points, outward unit normals, and error bounds, where the hit is in a group.
     #[inline(always)]
     pub(super) fn point_of_group<F: Float>(
         &self,
@@ -54,7 +55,7 @@ impl SurfaceTable {
         )
     }
 
-    /// Points and normals of length one in their own groups' spaces, of those in the world.
+    /// Points and unit normals, transformed from the world to the spaces of their groups.
     #[inline(always)]
     pub(super) fn point_within<F: Float>(
         &self,
@@ -81,7 +82,7 @@ impl SurfaceTable {
         )
     }
 
-    /// Directions on surfaces in the world, of those in groups.
+    /// Directions on surfaces, transformed to the world from the spaces of their groups.
     #[inline(always)]
     pub(super) fn tangent_of_group<F: Float>(&self, tangent: Vec3<F>, instance: F::Uint) -> Vec3<F> {
         rarely();
@@ -94,9 +95,9 @@ impl SurfaceTable {
         )
     }
 
-    /// Gradients of u and of v in the world along surfaces with normals `n` in the world, of those in groups' spaces: what
-    /// they are of changes as much along an image as along what it is the image of, so that they go as normals do. Squeezed,
-    /// they may leave the surface, along which there is only a part of them.
+    /// Gradients of u and of v in the world, of those in the spaces of groups, along surfaces with world-space normals
+    /// `n`. Gradients transform as normals do. A transform with anisotropic scale may turn them out of the surface, so
+    /// they are projected onto it.
     #[inline(always)]
     pub(super) fn gradients_of_group<F: Float>(
         &self,
@@ -119,7 +120,8 @@ impl SurfaceTable {
         )
     }
 
-    /// The area in a group's space for each area in the world, on surfaces with normals `n` in the world; one elsewhere.
+    /// The ratio of an area in a group's space to that in the world, on surfaces with world-space normals `n`; one
+    /// elsewhere.
     #[inline(always)]
     pub(super) fn area_within<F: Float>(&self, n: Vec3<F>, instance: F::Uint) -> F {
         rarely();
@@ -136,7 +138,7 @@ impl SurfaceTable {
         )
     }
 
-    /// Orientations of triangles, turned where their groups are mirrored, which turns the order of their corners.
+    /// Orientations of triangles, reversed in mirrored groups, whose corners are in the opposite order.
     #[inline(always)]
     pub(super) fn side_of<F: Float>(&self, instance: F::Uint, lanes: F::Mask, orientation: F) -> F {
         rarely();

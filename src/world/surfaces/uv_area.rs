@@ -1,15 +1,15 @@
-//! Areas of surfaces in uv, by which the levels of pictures are chosen.
+//! The ratio of areas in uv and on surfaces, by which mipmap levels are chosen.
 
 use super::{SurfacePoint, SurfaceTable};
 use crate::math::{Float, Mask, Uint, Vec3};
 use crate::world::triangles::FIRST_TRIANGLE;
 use std::f32::consts::PI;
 
-/// Nearer to the poles of a sphere areas of uv are those of here.
+/// The smallest sine of θ: closer to the poles of a sphere, ratios are those at this angle.
 const LEAST_SINE: f32 = 1e-3;
 
 impl SurfaceTable {
-    /// The area of uv for each area of the surface at points; large where it has no bound.
+    /// The ratio of an area in uv to that on the surface at points; large where it is unbounded.
     #[inline(always)]
     pub fn uv_per_area<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> F {
         match &self.triangles {
@@ -27,7 +27,7 @@ impl SurfaceTable {
         }
     }
 
-    /// The same on all but meshes.
+    /// The ratio on all surfaces but meshes.
     #[inline(always)]
     fn smooth_uv_per_area<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> F {
         let (mut p, mut n, row) = (point.p, point.n, point.row);
@@ -49,13 +49,13 @@ impl SurfaceTable {
                 },
             );
         }
-        if self.has_rare {
+        if self.has_custom {
             area = F::branch(
                 radius.lt(F::zero()),
                 area,
                 #[inline(always)]
                 || {
-                    let (kind, form) = self.rare::<F>(row);
+                    let (kind, form) = self.custom::<F>(row);
                     form.uv_per_area(kind, p)
                 },
             );
@@ -74,11 +74,11 @@ mod tests {
         CylinderParameters, DiskParameters, Entity, Material, MatteParameters, Mesh, PlaneParameters,
         QuadParameters, Scene, Shape, SphereParameters,
     };
-    use crate::world::{CompiledScene, Finder, World, compile};
+    use crate::world::{AcceleratorChoice, CompiledScene, World, compile};
     use glam::{DAffine3, DVec3};
     use std::sync::Arc;
 
-    /// A shape by itself, or in a group that is squeezed about a point that rays come to.
+    /// A scene with a single shape, either in the world or in a group with an anisotropic transform.
     fn seen(shape: Shape, within: Option<usize>) -> (CompiledScene, World) {
         let matte = MatteParameters { reflectance: [0.5; 3], roughness: 0.0 };
         let material = Material { name: "matte".into(), kind: matte.into(), ..Material::default() };
@@ -92,12 +92,12 @@ mod tests {
             scene.add_instance("instance", group, about * squeezed * about.inverse());
         }
         let (tables, surfaces) = compile(&scene, 16, 16).expect("a scene");
-        (tables, World::new(&surfaces, Finder::Simple))
+        (tables, World::new(&surfaces, AcceleratorChoice::Simple))
     }
 
-    /// Areas of uv over areas of the surface, by three points that lie close together.
+    /// The ratio of areas in uv and on the surface, from three neighbouring points.
     #[test]
-    fn areas_of_uv_are_those_between_hits() {
+    fn uv_areas_agree_with_finite_differences() {
         let mesh = Mesh {
             positions: vec![[3.0, -2.0, -2.0], [4.0, 3.0, -2.0], [3.5, 0.0, 3.0]],
             uv: vec![[0.1, 0.2], [0.9, 0.3], [0.4, 2.5]],
@@ -145,7 +145,7 @@ mod tests {
                     let d = Vec3::splat([1.0, y + dy, z + dz]).normalized();
                     let ray = Ray::new(Vec3::<f32>::zero(), d);
                     let hit = world.intersect(&ray, true);
-                    assert!(hit.is_some(), "{name} is not met");
+                    assert!(hit.is_some(), "{name} is not hit");
                     let point = tables.surfaces.point(&ray, &hit);
                     let uv = tables.surfaces.uv(&point, hit.instance, true);
                     (point.p, uv, tables.surfaces.uv_per_area(&point, hit.instance))

@@ -5,15 +5,15 @@ use super::kind::Kind;
 use super::operators::{LETTERS, Outermost, Text, binary, float, is_term, uint};
 use super::text::{WIDTH, Writer};
 
-/// What a line has room for besides an expression: a name that it is given to.
+/// The room that a line needs besides an expression: for the name that it is assigned to.
 const ROOM: usize = 14;
-/// The longest expression of whose result only a part is asked.
+/// The length of the longest expression that may be followed by a member access.
 const LONGEST_WHOLE: usize = 60;
-/// The shortest one that gets a name of its own where the whole is too long.
+/// The length of the shortest part that gets a name of its own if the whole is too long.
 const SHORTEST: usize = 12;
 
 impl Writer<'_> {
-    /// The expression of a node. Where it is too long, parts of it get names first.
+    /// The expression of a node. If it is too long, some of its operands get names first.
     pub(super) fn expression(&mut self, node: Node) -> Text {
         self.written_out(node, true)
     }
@@ -72,7 +72,7 @@ impl Writer<'_> {
         let of = self.schedule.same(of);
         let opposite = match *self.graph.op(of) {
             Op::Binary(Binary::Equal, operands) => Some(("!=", operands)),
-            // Not so for floats, of which neither may hold.
+            // Not valid for floats, where neither may hold for NaN.
             Op::Binary(Binary::Less, operands) if self.graph.kind(operands[0]) == Kind::Uint => {
                 Some((">=", operands))
             }
@@ -133,7 +133,7 @@ impl Writer<'_> {
             if is_whole { texts.into_iter().map(|(_, text)| text).collect() } else { self.fit(texts, 7) };
         call(&head, texts)
     }
-    /// How many of the nodes that come first are members of one vector.
+    /// The number of leading nodes that are members of one vector.
     fn run(&self, nodes: &[Node]) -> usize {
         let vector = |node: Node| match *self.graph.op(node) {
             Op::Extract(of, _) if !self.named.contains_key(&node) => {
@@ -152,7 +152,7 @@ impl Writer<'_> {
         if let Op::Extract(_, member) = *self.graph.op(node) { LETTERS[member] } else { "" }
     }
 
-    /// The expressions of operands that stand in one line, with so many characters besides.
+    /// The expressions of operands on one line, given the number of other characters on it.
     fn fitting(&mut self, nodes: &[Node], besides: usize) -> Vec<Text> {
         let texts = nodes.iter().map(|&node| (node, self.operand(node))).collect();
         self.fit(texts, besides)
@@ -172,7 +172,7 @@ impl Writer<'_> {
         texts.into_iter().map(|(_, text)| text).collect()
     }
 
-    /// Something of which only a part is asked.
+    /// An expression that is followed by a member access.
     fn whole(&mut self, node: Node) -> String {
         let text = self.operand(node);
         if text.text.len() > LONGEST_WHOLE {
@@ -182,11 +182,11 @@ impl Writer<'_> {
         }
     }
 
-    /// Gives a name to a node's expression.
+    /// Gives a node's expression a name.
     fn named_text(&mut self, node: Node, text: &str) -> Text {
         let node = self.schedule.same(node);
         let name = self.bind(text, self.hint(node).as_deref());
-        // What is free may be used in other blocks, where the name is not known.
+        // Free nodes may be used in other blocks, where the name is out of scope.
         if !self.schedule.is_free(self.graph, node) {
             self.named.insert(node, name.clone());
         }
@@ -196,7 +196,7 @@ impl Writer<'_> {
 
 fn call(head: &str, arguments: Vec<Text>) -> Text {
     let last = arguments.len().saturating_sub(1);
-    // `a < b, c > d` would be read as a list of types.
+    // `a < b, c > d` would be parsed as a template list.
     let argument =
         |(i, text): (usize, Text)| text.within(|outermost| outermost != Outermost::Comparison || i == last);
     let arguments: Vec<_> = arguments.into_iter().enumerate().map(argument).collect();

@@ -1,11 +1,10 @@
-//! Operations on numbers and vectors. Where the result is known to the bit whatever the operands, there is none.
+//! Operations on numbers and vectors. An operation whose result is known to the bit for all operands is not recorded.
 
 use super::graph::{Binary, Graph, Node, Op, Unary};
 use super::kind::Kind;
 
 impl Graph {
-    /// A constant. WGSL has no name for infinity: the largest float stands for it. Nor for what is no number, which is
-    /// made of its bits.
+    /// A constant. WGSL cannot express infinity, so the largest float replaces it; NaN is made from its bits.
     pub(super) fn float(&mut self, value: f32) -> Node {
         if value.is_nan() {
             let bits = self.uint(value.to_bits());
@@ -25,7 +24,7 @@ impl Graph {
     fn uint_of(&self, node: Node) -> Option<u32> {
         if let Op::Uint(value) = *self.op(node) { Some(value) } else { None }
     }
-    /// A mask that is the same for all inputs.
+    /// A constant mask.
     pub(super) fn mask_of(&self, node: Node) -> Option<bool> {
         if let Op::Mask(value) = *self.op(node) { Some(value) } else { None }
     }
@@ -54,7 +53,7 @@ impl Graph {
         self.record(Op::Unary(Unary::Not, a), Kind::Mask)
     }
 
-    /// What a value is the opposite of, if it is written so.
+    /// The operand of a negation, if the value is one.
     fn negated(&mut self, a: Node) -> Option<Node> {
         match *self.op(a) {
             Op::Unary(Unary::Negate, of) => Some(of),
@@ -67,7 +66,7 @@ impl Graph {
         }
     }
 
-    /// Sums and so on of floats and of vectors; the second may be a number to scale a vector by.
+    /// Arithmetic on floats and vectors. The second operand may be a scalar that scales a vector.
     pub(super) fn arithmetic(&mut self, op: Binary, a: Node, b: Node) -> Node {
         let (x, y) = (self.float_of(a), self.float_of(b));
         if let (Some(x), Some(y)) = (x, y) {
@@ -80,7 +79,7 @@ impl Graph {
             });
         }
         let is_one = |x: Option<f32>| x == Some(1.0);
-        // Sums with what is negated are differences, to the bit.
+        // Adding a negated value equals subtraction, to the bit.
         match (op, self.negated(a), self.negated(b)) {
             (Binary::Add, _, Some(b)) => return self.arithmetic(Binary::Subtract, a, b),
             (Binary::Add, Some(a), None) => return self.arithmetic(Binary::Subtract, b, a),
@@ -123,9 +122,9 @@ impl Graph {
         }
     }
 
-    /// Both, or either.
+    /// Conjunction or disjunction.
     pub(super) fn masks(&mut self, op: Binary, a: Node, b: Node) -> Node {
-        // What decides alone, and what decides nothing.
+        // The absorbing and the neutral value.
         let decides = op == Binary::Or;
         match (self.mask_of(a), self.mask_of(b)) {
             (Some(x), _) => {
@@ -179,7 +178,7 @@ impl Graph {
         }
     }
 
-    /// `a` where the mask holds, else `b`.
+    /// `a` where the mask holds, otherwise `b`.
     pub(super) fn select(&mut self, mask: Node, a: Node, b: Node) -> Node {
         match self.mask_of(mask) {
             Some(true) => a,
@@ -202,7 +201,7 @@ impl Graph {
     pub(super) fn float_of_bits(&mut self, a: Node) -> Node {
         match self.op(a) {
             &Op::Uint(bits) if f32::from_bits(bits).is_finite() => self.float(f32::from_bits(bits)),
-            // WGSL refuses constants that are not finite: zero is added, which no compiler can know.
+            // WGSL rejects constants that are not finite: zero is added in a form that no compiler can fold.
             Op::Uint(_) => {
                 let zero = self.record(Op::Given("scene.zero".into()), Kind::Uint);
                 let bits = self.record(Op::Binary(Binary::Or, [a, zero]), Kind::Uint);
@@ -213,14 +212,14 @@ impl Graph {
         }
     }
 
-    /// A function of one float that is exact where the number is known.
+    /// A function of one float, evaluated if the operand is constant and the result is exact.
     pub(super) fn function_of_float(&mut self, function: &str, a: Node, exact: fn(f32) -> f32) -> Node {
         match self.float_of(a) {
             Some(value) => self.float(exact(value)),
             None => self.call(function, vec![a], Kind::Float),
         }
     }
-    /// Likewise of two.
+    /// The same for two operands.
     pub(super) fn function_of_floats(
         &mut self,
         function: &str,

@@ -1,12 +1,12 @@
-//! A function as it is recorded: operations in blocks, which nest as they do in WGSL.
+//! A function that is being recorded: operations in blocks, nested as in WGSL.
 
-use super::kind::{Kind, Shape};
+use super::kind::{Kind, ValueType};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// An operation, by its place among those of its function.
+/// An operation, by its index in its function.
 pub(super) type Node = usize;
-/// A block, likewise.
+/// A block, by its index.
 pub(super) type Block = usize;
 
 /// An operation on one value.
@@ -35,7 +35,7 @@ pub(super) enum Binary {
     GreaterOrEqual,
 }
 
-/// What computes a value. No operation does anything else.
+/// The operation that computes a value. Operations have no side effects.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Op {
     /// A float, by its bits.
@@ -46,21 +46,21 @@ pub(super) enum Op {
     Mask(bool),
     /// A parameter of the function.
     Parameter(usize),
-    /// An expression of WGSL that is the same everywhere.
+    /// A WGSL expression with the same value everywhere.
     Given(Rc<str>),
-    /// A named part of what a function read.
+    /// A named part of the result of a function.
     Field(Node, Rc<str>),
     /// An operation on one value.
     Unary(Unary, Node),
     /// An operation on two values.
     Binary(Binary, [Node; 2]),
-    /// A function of WGSL, one written by hand, or one that is recorded.
+    /// A call of a WGSL built-in, of a hand-written function, or of a recorded one.
     Call(Rc<str>, Vec<Node>),
-    /// A vector or a structure of its members.
+    /// A vector or structure, from its members.
     Compose(Vec<Node>),
-    /// A member of a vector or of a structure.
+    /// A member of a vector or structure.
     Extract(Node, usize),
-    /// A branch or a loop; what it gives are its results.
+    /// A branch or a loop; its values are its results.
     Control(usize),
     /// An item of a control: after a branch, or after a loop.
     Result(usize, usize),
@@ -69,7 +69,7 @@ pub(super) enum Op {
 }
 
 impl Op {
-    /// The values that it is computed from; those of controls are in [`Control`].
+    /// The operands; those of controls are in [`Control`].
     pub(super) fn operands(&self) -> &[Node] {
         match self {
             Op::Field(of, _) | Op::Unary(_, of) | Op::Extract(of, _) => std::slice::from_ref(of),
@@ -80,33 +80,33 @@ impl Op {
     }
 }
 
-/// An operation, and what is known of it.
+/// An operation with its attributes.
 #[derive(Debug)]
 pub(super) struct Recorded {
     pub(super) op: Op,
     pub(super) kind: Kind,
-    /// The block that it was recorded in.
+    /// The block in which it was recorded.
     pub(super) block: Block,
-    /// A name for its value.
+    /// A suggested name for its value.
     pub(super) hint: Option<Rc<str>>,
 }
 
 /// A block of statements.
 #[derive(Debug, Default)]
 pub(super) struct Scope {
-    /// The block that it stands in.
+    /// The enclosing block.
     pub(super) parent: Option<Block>,
     /// Whether it is the body of a loop.
     pub(super) is_loop: bool,
     closed: bool,
     known: HashMap<(Op, Kind), Node>,
-    /// Masks that hold in the block, or do not.
+    /// Masks that are known to be true or false in the block.
     assumed: HashMap<Node, bool>,
 }
 
-/// How a control reads.
+/// The WGSL form of a control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum ControlForm {
     /// `var r = second; if condition { r = first; }`
     Branch,
     /// `if condition { r = first; } else { r = second; }`
@@ -115,38 +115,38 @@ pub(super) enum Form {
     Loop,
 }
 
-/// One of the values that a control gives.
+/// One of the results of a control.
 #[derive(Debug)]
 pub(super) struct Item {
-    pub(super) shape: Shape,
-    /// What the first block gives; before a loop.
+    pub(super) value_type: ValueType,
+    /// The result of the first block; for a loop, the initial value.
     pub(super) first: Node,
-    /// What the other block gives; after a round of the loop.
+    /// The result of the second block; for a loop, the value after an iteration.
     pub(super) second: Node,
-    /// Its [`Op::Result`] or [`Op::State`] nodes, for their names.
+    /// Its [`Op::Result`] or [`Op::State`] nodes, whose names it takes.
     pub(super) nodes: Vec<Node>,
 }
 
 /// A branch or a loop.
 #[derive(Debug)]
 pub(super) struct Control {
-    pub(super) form: Form,
+    pub(super) form: ControlForm,
     /// Its [`Op::Control`].
     pub(super) node: Node,
     pub(super) condition: Node,
-    /// Whether a loop goes on after a round.
+    /// Whether a loop continues after an iteration.
     pub(super) stays: Option<Node>,
     pub(super) blocks: Vec<Block>,
     pub(super) items: Vec<Item>,
 }
 
-/// A function as it is recorded.
+/// A function that is being recorded.
 #[derive(Debug)]
 pub(super) struct Graph {
     pub(super) nodes: Vec<Recorded>,
     pub(super) scopes: Vec<Scope>,
     pub(super) controls: Vec<Control>,
-    /// Members of results that are the same as values outside.
+    /// Members of results that equal values outside.
     equal: HashMap<Node, Node>,
     current: Block,
 }
@@ -168,7 +168,7 @@ impl Graph {
     pub(super) fn kind(&self, node: Node) -> Kind {
         self.nodes[node].kind
     }
-    /// Names a value, if nothing has yet.
+    /// Names a value that has no name yet.
     pub(super) fn suggest(&mut self, node: Node, name: &str) {
         let recorded = &mut self.nodes[node];
         if !matches!(recorded.op, Op::Float(_) | Op::Uint(_) | Op::Mask(_) | Op::Parameter(_) | Op::Given(_))
@@ -196,9 +196,9 @@ impl Graph {
             .fold(0, |innermost, block| if self.is_around(innermost, block) { block } else { innermost })
     }
 
-    /// Records an operation, unless that has been done in a block around the current one.
+    /// Records an operation, unless an enclosing block has already recorded it.
     pub(super) fn record(&mut self, op: Op, kind: Kind) -> Node {
-        // What costs nothing is recorded as far out as it may be, so that two blocks have it in common.
+        // Free operations are recorded in the outermost possible block, so that sibling blocks share them.
         let block = match &op {
             Op::Float(_) | Op::Uint(_) | Op::Mask(_) | Op::Given(_) | Op::Parameter(_) => 0,
             Op::Field(of, _) | Op::Extract(of, _) => self.nodes[*of].block,
@@ -228,7 +228,7 @@ impl Graph {
         self.record(Op::Extract(of, member), kind)
     }
 
-    /// A vector or structure of its members; where all are those of one of the same kind, that one.
+    /// A vector or structure from its members; if they are all the members of one value of this kind, that value.
     pub(super) fn compose(&mut self, kind: Kind, members: Vec<Node>) -> Node {
         let is_member = |whole: Node, i: usize, member: Node| {
             let own = (Op::Extract(whole, i), self.kind(member));
@@ -247,18 +247,18 @@ impl Graph {
         self.record(Op::Compose(members), kind)
     }
 
-    /// Notes where a result's members are the same as values outside. The numbers are its own, and those outside where
-    /// they are the same. Gives that value if all of it is.
+    /// Notes which members of a result equal values outside. `numbers` are its own, paired with the equal ones outside.
+    /// Returns the outside value if all of it is equal.
     pub(super) fn note_equal(
         &mut self,
-        shape: &Shape,
+        value_type: &ValueType,
         result: Node,
         outside: &mut impl Iterator<Item = Option<Node>>,
     ) -> Option<Node> {
-        let same = match shape {
-            Shape::Number(_) => outside.next().flatten(),
-            Shape::Group(kind, members) => {
-                let mut note = |(i, member): (usize, &Shape)| {
+        let same = match value_type {
+            ValueType::Number(_) => outside.next().flatten(),
+            ValueType::Group(kind, members) => {
+                let mut note = |(i, member): (usize, &ValueType)| {
                     let own = self.extract(result, i, member.kind());
                     self.note_equal(member, own, outside)
                 };
@@ -273,11 +273,11 @@ impl Graph {
         same
     }
 
-    /// The numbers that a value is made of.
-    pub(super) fn explode(&mut self, shape: &Shape, node: Node, numbers: &mut Vec<Node>) {
-        match shape {
-            Shape::Number(_) => numbers.push(node),
-            Shape::Group(_, members) => {
+    /// The numbers that a value consists of.
+    pub(super) fn explode(&mut self, value_type: &ValueType, node: Node, numbers: &mut Vec<Node>) {
+        match value_type {
+            ValueType::Number(_) => numbers.push(node),
+            ValueType::Group(_, members) => {
                 for (i, member) in members.iter().enumerate() {
                     let node = self.extract(node, i, member.kind());
                     self.explode(member, node, numbers);
@@ -286,13 +286,13 @@ impl Graph {
         }
     }
 
-    /// Begins a block in the current one.
+    /// Begins a block within the current one.
     pub(super) fn open(&mut self, is_loop: bool) -> Block {
         self.scopes.push(Scope { parent: Some(self.current), is_loop, ..Scope::default() });
         self.current = self.scopes.len() - 1;
         self.current
     }
-    /// Takes for granted in the current block that a mask holds, or does not, and what follows from that.
+    /// Assumes in the current block that a mask is true or false, with all consequences.
     pub(super) fn assume(&mut self, mask: Node, holds: bool) {
         self.scopes[self.current].assumed.insert(mask, holds);
         match *self.op(mask) {
@@ -303,27 +303,39 @@ impl Graph {
             _ => {}
         }
     }
-    /// Whether a mask holds in the current block, if that is known.
+    /// The value of a mask in the current block, if known.
     pub(super) fn assumed(&self, mask: Node) -> Option<bool> {
         self.blocks_from(self.current).find_map(|block| self.scopes[block].assumed.get(&mask).copied())
     }
 
-    /// Ends the current block. Values that were recorded there cannot be used any more.
+    /// Ends the current block. Values recorded in it can no longer be used.
     pub(super) fn close(&mut self) {
         let scope = &mut self.scopes[self.current];
         scope.closed = true;
         self.current = scope.parent.expect("a function's own block is not closed");
     }
 
-    /// Begins a loop, and gives its state within.
-    pub(super) fn begin_loop(&mut self, condition: Node, state: Vec<(Shape, Node)>) -> (usize, Vec<Node>) {
+    /// Begins a loop and returns its state within.
+    pub(super) fn begin_loop(
+        &mut self,
+        condition: Node,
+        state: Vec<(ValueType, Node)>,
+    ) -> (usize, Vec<Node>) {
         let control = self.controls.len();
         let items = state.into_iter();
-        let items = items.map(|(shape, first)| Item { shape, first, second: first, nodes: Vec::new() });
+        let items =
+            items.map(|(value_type, first)| Item { value_type, first, second: first, nodes: Vec::new() });
         let (items, blocks) = (items.collect(), vec![self.open(true)]);
-        // A loop is entered only if it is so.
+        // A loop is entered only if its condition holds.
         self.assume(condition, true);
-        self.controls.push(Control { form: Form::Loop, node: 0, condition, stays: None, blocks, items });
+        self.controls.push(Control {
+            form: ControlForm::Loop,
+            node: 0,
+            condition,
+            stays: None,
+            blocks,
+            items,
+        });
         (control, self.item_nodes(control, Op::State))
     }
 
@@ -339,17 +351,18 @@ impl Graph {
         self.item_nodes(control, Op::Result)
     }
 
-    /// Records a branch or a fork whose blocks are closed, and gives its results.
+    /// Records a branch or fork whose blocks have ended, and returns its results.
     pub(super) fn end_branch(
         &mut self,
-        form: Form,
+        form: ControlForm,
         condition: Node,
         blocks: Vec<Block>,
-        items: Vec<(Shape, Node, Node)>,
+        items: Vec<(ValueType, Node, Node)>,
     ) -> Vec<Node> {
         let items = items.into_iter();
-        let items =
-            items.map(|(shape, first, second)| Item { shape, first, second, nodes: Vec::new() }).collect();
+        let items = items
+            .map(|(value_type, first, second)| Item { value_type, first, second, nodes: Vec::new() })
+            .collect();
         let control = self.controls.len();
         let node = self.push(Op::Control(control), Kind::Row, self.current);
         self.controls.push(Control { form, node, condition, stays: None, blocks, items });
@@ -358,7 +371,7 @@ impl Graph {
 
     fn item_nodes(&mut self, control: usize, op: fn(usize, usize) -> Op) -> Vec<Node> {
         let of_item = |graph: &mut Graph, i: usize| {
-            let kind = graph.controls[control].items[i].shape.kind();
+            let kind = graph.controls[control].items[i].value_type.kind();
             let node = graph.push(op(control, i), kind, graph.current);
             graph.controls[control].items[i].nodes.push(node);
             node

@@ -1,4 +1,4 @@
-//! What kinds of values WGSL has, and how the values of programs are made of them.
+//! The types of WGSL, and their composition into the values of programs.
 
 use super::names;
 use crate::math::lanes::Layout;
@@ -17,32 +17,32 @@ pub(super) enum Kind {
     Floats(u32),
     /// `vec2u` to `vec4u`.
     Uints(u32),
-    /// A structure, by its place among [`Structures`].
+    /// A structure, by its index in [`Structures`].
     Structure(usize),
-    /// What a function written by hand reads; only its fields are asked for, and their kinds are said there.
+    /// The result of a hand-written function that reads a row. Only its fields are used, each with its own kind.
     Row,
 }
 
-/// A value of a program as a value in WGSL.
+/// The WGSL type of a value of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum ValueType {
     /// One number.
     Number(Kind),
-    /// A vector or a structure of others.
-    Group(Kind, Vec<Shape>),
+    /// A vector or structure of other values.
+    Group(Kind, Vec<ValueType>),
 }
 
-impl Shape {
+impl ValueType {
     pub(super) fn kind(&self) -> Kind {
         match self {
-            Shape::Number(kind) | Shape::Group(kind, _) => *kind,
+            ValueType::Number(kind) | ValueType::Group(kind, _) => *kind,
         }
     }
-    /// How many numbers there are.
+    /// The number of numbers in it.
     pub(super) fn len(&self) -> usize {
         match self {
-            Shape::Number(_) => 1,
-            Shape::Group(_, members) => members.iter().map(Shape::len).sum(),
+            ValueType::Number(_) => 1,
+            ValueType::Group(_, members) => members.iter().map(ValueType::len).sum(),
         }
     }
 }
@@ -51,12 +51,12 @@ impl Shape {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Structure {
     pub(super) name: String,
-    pub(super) fields: Vec<(String, Shape)>,
-    /// Whether WGSL that is written by hand declares it.
+    pub(super) fields: Vec<(String, ValueType)>,
+    /// Whether hand-written WGSL declares it.
     pub(super) by_hand: bool,
 }
 
-/// All structures, those first that others have as fields.
+/// All structures, in order of dependency.
 #[derive(Debug, Default)]
 pub(super) struct Structures {
     all: Vec<Structure>,
@@ -65,7 +65,7 @@ pub(super) struct Structures {
 }
 
 impl Structures {
-    /// With the names of those that WGSL written by hand declares.
+    /// No structures yet; `by_hand` names those that hand-written WGSL declares.
     pub(super) fn new(by_hand: &[&str]) -> Structures {
         Structures { by_hand: by_hand.iter().map(|&name| name.to_owned()).collect(), ..Structures::default() }
     }
@@ -86,54 +86,56 @@ impl Structures {
         }
     }
 
-    /// Declares one structure in WGSL.
+    /// The WGSL declaration of one structure.
     pub(super) fn declaration(&self, structure: usize) -> String {
         let Structure { name, fields, .. } = &self.all[structure];
         let mut text = format!("struct {name} {{\n");
-        for (field, shape) in fields {
-            text.push_str(&format!("    {field}: {},\n", self.kind_name(shape.kind())));
+        for (field, value_type) in fields {
+            text.push_str(&format!("    {field}: {},\n", self.kind_name(value_type.kind())));
         }
         text + "}\n"
     }
 
-    /// The structures that a kind needs, itself among them.
+    /// The structures that a kind depends on, including itself.
     pub(super) fn needs(&self, kind: Kind, into: &mut HashSet<usize>) {
         if let Kind::Structure(structure) = kind
             && into.insert(structure)
         {
-            for (_, shape) in &self.all[structure].fields {
-                self.needs(shape.kind(), into);
+            for (_, value_type) in &self.all[structure].fields {
+                self.needs(value_type.kind(), into);
             }
         }
     }
 
-    /// A value as one value of WGSL; none if it has no numbers. `context` names the structure of a tuple.
-    pub(super) fn shape(&mut self, layout: &Layout, context: &str) -> Option<Shape> {
+    /// A value as one WGSL value; `None` if it has no numbers. `context` names the structure of a tuple.
+    pub(super) fn value_type(&mut self, layout: &Layout, context: &str) -> Option<ValueType> {
         match layout {
-            Layout::Float => Some(Shape::Number(Kind::Float)),
-            Layout::Uint => Some(Shape::Number(Kind::Uint)),
-            Layout::Mask => Some(Shape::Number(Kind::Mask)),
-            Layout::Vector => Some(Shape::Group(Kind::Floats(3), vec![Shape::Number(Kind::Float); 3])),
+            Layout::Float => Some(ValueType::Number(Kind::Float)),
+            Layout::Uint => Some(ValueType::Number(Kind::Uint)),
+            Layout::Mask => Some(ValueType::Number(Kind::Mask)),
+            Layout::Vector => {
+                Some(ValueType::Group(Kind::Floats(3), vec![ValueType::Number(Kind::Float); 3]))
+            }
             Layout::Record { name, fields } => {
                 let fields = fields.iter().filter_map(|(field, layout)| {
                     let context = format!("{name}{}", names::camel_case(field));
-                    Some((names::of_field(field), self.shape(layout, &context)?))
+                    Some((names::of_field(field), self.value_type(layout, &context)?))
                 });
                 let fields = fields.collect();
                 self.structure((*name).to_owned(), fields)
             }
             Layout::List(list) => {
-                if let Some(shape) = vector(list) {
-                    return Some(shape);
+                if let Some(value_type) = vector(list) {
+                    return Some(value_type);
                 }
                 if let [only] = list.as_slice() {
-                    return self.shape(only, context);
+                    return self.value_type(only, context);
                 }
                 let names = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
                 let fields = list.iter().enumerate().filter_map(|(i, layout)| {
                     let name = names.get(i).map_or_else(|| format!("number_{i}"), |&name| name.to_owned());
                     let context = format!("{context}{}", names::camel_case(&name));
-                    Some((name, self.shape(layout, &context)?))
+                    Some((name, self.value_type(layout, &context)?))
                 });
                 let fields = fields.collect();
                 self.structure(context.to_owned(), fields)
@@ -141,18 +143,18 @@ impl Structures {
         }
     }
 
-    /// The values that a block gives: the members of a tuple each for itself, and those of tuples among them.
-    pub(super) fn members(&mut self, layout: &Layout) -> Vec<Shape> {
+    /// The values that a block returns: the members of a tuple individually, including those of nested tuples.
+    pub(super) fn members(&mut self, layout: &Layout) -> Vec<ValueType> {
         let members = match layout {
             Layout::List(list) => list.as_slice(),
             one => std::slice::from_ref(one),
         };
         let shapes = members.iter().flat_map(|member| self.flat(member, "tuple"));
-        shapes.map(|(_, shape)| shape).collect()
+        shapes.map(|(_, value_type)| value_type).collect()
     }
 
-    /// A value as several values of WGSL, with names: the members of tuples each for itself.
-    pub(super) fn flat(&mut self, layout: &Layout, name: &str) -> Vec<(String, Shape)> {
+    /// A value as several named WGSL values: the members of tuples individually.
+    pub(super) fn flat(&mut self, layout: &Layout, name: &str) -> Vec<(String, ValueType)> {
         match layout {
             Layout::List(list) if vector(list).is_none() => {
                 let named = |i: usize| if list.len() == 1 { name.to_owned() } else { format!("{name}_{i}") };
@@ -160,16 +162,19 @@ impl Structures {
             }
             layout => {
                 let context = names::camel_case(name);
-                self.shape(layout, &context).map(|shape| (name.to_owned(), shape)).into_iter().collect()
+                self.value_type(layout, &context)
+                    .map(|value_type| (name.to_owned(), value_type))
+                    .into_iter()
+                    .collect()
             }
         }
     }
 
-    fn structure(&mut self, name: String, fields: Vec<(String, Shape)>) -> Option<Shape> {
+    fn structure(&mut self, name: String, fields: Vec<(String, ValueType)>) -> Option<ValueType> {
         if fields.is_empty() {
             return None;
         }
-        let members = fields.iter().map(|(_, shape)| shape.clone()).collect();
+        let members = fields.iter().map(|(_, value_type)| value_type.clone()).collect();
         let known = self.all.iter().position(|structure| structure.name == name);
         let place = known.unwrap_or(self.all.len());
         if known.is_none() {
@@ -178,12 +183,12 @@ impl Structures {
         } else if self.all[place].fields != fields {
             self.errors.push(format!("two structures are called {name}"));
         }
-        Some(Shape::Group(Kind::Structure(place), members))
+        Some(ValueType::Group(Kind::Structure(place), members))
     }
 }
 
-/// Two to four floats or integers are a vector.
-fn vector(list: &[Layout]) -> Option<Shape> {
+/// Two to four floats or integers form a vector.
+fn vector(list: &[Layout]) -> Option<ValueType> {
     let n = list.len();
     let (kind, member) = match list.first()? {
         Layout::Float => (Kind::Floats(n as u32), Kind::Float),
@@ -191,5 +196,5 @@ fn vector(list: &[Layout]) -> Option<Shape> {
         _ => return None,
     };
     let is_vector = (2..=4).contains(&n) && list.iter().all(|layout| *layout == list[0]);
-    is_vector.then(|| Shape::Group(kind, vec![Shape::Number(member); n]))
+    is_vector.then(|| ValueType::Group(kind, vec![ValueType::Number(member); n]))
 }

@@ -1,18 +1,18 @@
-//! Programs for a device, recorded from the code that computes the same on lanes.
+//! Programs for a device, recorded from the code that lanes run.
 //!
-//! [`RecordedFloat`] is a [`Float`](crate::math::Float) that computes nothing: operations on it are written down, and
-//! become WGSL, one function for each [`function!`](crate::math::function).
+//! [`RecordedFloat`] is a [`Float`](crate::math::Float) that computes nothing: it records operations, which become WGSL
+//! with one function for each [`function!`](crate::math::function).
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
-//! | `number` | the numbers that are recorded, with all that the traits ask of them |
+//! | `number` | recorded numbers, and their implementation of the number traits |
 //! | `state` | the recording in progress: values, branches and loops |
 //! | `state::functions` | functions and calls of the recording in progress |
 //! | `graph` | one function: its operations, blocks and controls |
-//! | `fold` | operations whose result is known |
-//! | `kind` | the types of WGSL, and how values are made of them |
+//! | `fold` | constant folding |
+//! | `kind` | the types of WGSL, and their composition into values |
 //! | `registry` | the numbers and the tables of the scene |
-//! | `schedule` | what is needed, and where it is computed |
+//! | `schedule` | which operations are needed, and in which block |
 //! | `text`, `expression`, `operators`, `names` | WGSL |
 
 mod expression;
@@ -42,12 +42,12 @@ use std::marker::PhantomData;
 #[derive(Debug)]
 pub(crate) struct Recording<'a> {
     state: State,
-    /// Structures that are declared whether or not a function uses them.
+    /// Structures that are declared even if no function uses them.
     declared: HashSet<usize>,
     borrowed: PhantomData<&'a ()>,
 }
 
-/// What is wrong with a program: each line tells one mistake.
+/// The mistakes in a program, one per line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0.join("\n"))]
 pub(crate) struct RecordingError(pub(crate) Vec<String>);
@@ -57,17 +57,17 @@ pub(crate) struct RecordingError(pub(crate) Vec<String>);
 pub(crate) struct Signature {
     /// Its name in WGSL.
     pub(crate) name: String,
-    /// The module that it stands in.
+    /// Its module in Rust.
     pub(crate) module: &'static str,
-    /// The names and the forms of its parameters, as Rust has them.
+    /// The Rust names and the layouts of its parameters.
     pub(crate) parameters: Vec<(&'static str, Layout)>,
-    /// The form of its result.
+    /// The layout of its result.
     pub(crate) result: Layout,
     /// Its WGSL.
     pub(crate) text: String,
 }
 
-/// A program that was recorded.
+/// A recorded program.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     structures: Vec<String>,
@@ -75,20 +75,20 @@ pub(crate) struct Program {
 }
 
 impl<'a> Recording<'a> {
-    /// An empty program over some numbers and tables. WGSL that is written by hand declares the structures of these
-    /// names, with the same fields.
+    /// An empty program over some numbers and tables. Hand-written WGSL declares the structures with these names, with
+    /// the same fields.
     pub(crate) fn new(registry: Registry<'a>, by_hand: &[&str]) -> Self {
         let state = State::new(registry.sources, Structures::new(by_hand));
         Recording { state, declared: HashSet::new(), borrowed: PhantomData }
     }
-    /// Compares every call of a function with the first, as functions of one name must be the same. That takes as much
-    /// longer as functions are called more than once.
+    /// Compares every call of a function with the first, as functions with the same name must be identical. The
+    /// recording time grows with the number of calls.
     pub(crate) fn checked(mut self) -> Self {
         self.state.checks = true;
         self
     }
 
-    /// Records a function, and those that it calls. It is part of the program even if no other calls it.
+    /// Records a function and those that it calls. It becomes part of the program even if no other function calls it.
     ///
     /// # Panics
     /// Panics if a number or a table is read that is not registered, or a function calls itself.
@@ -101,15 +101,15 @@ impl<'a> Recording<'a> {
         (self.state, ()) = state::record_in(state, || number::root(function, body));
     }
 
-    /// Declares the structure of a type, for code that is written by hand.
+    /// Declares the structure of a type, for hand-written code.
     pub(crate) fn structure<V: Value<RecordedFloat>>(&mut self) {
-        if let Some(shape) = self.state.structures.shape(&V::layout(), "Structure") {
-            self.state.structures.needs(shape.kind(), &mut self.declared);
+        if let Some(value_type) = self.state.structures.value_type(&V::layout(), "Structure") {
+            self.state.structures.needs(value_type.kind(), &mut self.declared);
         }
     }
 
-    /// Records the functions that `body` calls, for code that is written by hand. What `body` makes of their results is not
-    /// part of the program, and `function` only names the arguments.
+    /// Records the functions that `body` calls, for hand-written code. The rest of `body` is not part of the program;
+    /// `function` only names the arguments.
     pub(crate) fn callees<A: Value<RecordedFloat>, R: Value<RecordedFloat>>(
         &mut self,
         function: &'static Function,
@@ -119,8 +119,8 @@ impl<'a> Recording<'a> {
         (self.state, ()) = state::record_in(state, || number::callees(function, body));
     }
 
-    /// The program. Fails if two functions or structures of one name differ, or a function uses a number of another one
-    /// that is no argument.
+    /// Finishes the program. Fails if two functions or structures with the same name differ, or if a function uses a
+    /// number of another one that is no argument.
     pub(crate) fn finish(self) -> Result<Program, RecordingError> {
         let structures = &self.state.structures;
         let mut errors = self.state.errors.clone();
@@ -149,7 +149,7 @@ impl<'a> Recording<'a> {
 }
 
 impl Program {
-    /// All of it in WGSL: structures, then functions.
+    /// The program in WGSL: structures, then functions.
     pub(crate) fn text(&self) -> String {
         let functions = self.functions.iter().map(|function| &function.text);
         self.structures.iter().chain(functions).map(String::as_str).collect::<Vec<_>>().join("\n")

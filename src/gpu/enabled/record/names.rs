@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use wgpu::naga::keywords::wgsl::RESERVED;
 
-/// What the WGSL of functions uses besides their own names.
+/// Names that the WGSL of functions uses besides their own.
 const USED: [&str; 21] = [
     "abs",
     "bitcast",
@@ -28,7 +28,7 @@ const USED: [&str; 21] = [
     "vec4u",
 ];
 
-/// Functions of WGSL that what is written by hand may use.
+/// Built-in functions of WGSL that hand-written code may use.
 const BUILT_IN: [&str; 18] = [
     "all",
     "any",
@@ -50,20 +50,20 @@ const BUILT_IN: [&str; 18] = [
     "step",
 ];
 
-/// A name for a field, with an underscore behind it where it is a reserved word.
+/// A name for a field, with a trailing underscore if it is a reserved word.
 pub(super) fn of_field(name: &str) -> String {
     let name = name.trim_start_matches("r#");
     let is_taken = RESERVED.contains(&name) || name.starts_with("__");
     if is_taken { format!("{name}_") } else { name.to_owned() }
 }
 
-/// Likewise for a value.
+/// The same for a value.
 pub(super) fn of_value(name: &str) -> String {
     let name = of_field(name);
     if USED.contains(&name.as_str()) { name + "_" } else { name }
 }
 
-/// Likewise for a function.
+/// The same for a function.
 pub(super) fn of_function(name: &str) -> String {
     let name = of_value(&snake_case(name));
     if BUILT_IN.contains(&name.as_str()) { name + "_" } else { name }
@@ -92,12 +92,12 @@ pub(super) fn camel_case(name: &str) -> String {
     name.split('_').map(word).collect()
 }
 
-/// The module as it is told to readers: without the crate.
+/// The module's name for readers, without the crate.
 pub(super) fn module(path: &str) -> &str {
     path.split_once("::").map_or(path, |(_, rest)| rest)
 }
 
-/// The names of a function, each given once.
+/// The names in a function, each of which is used once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
     given: HashMap<String, u32>,
@@ -105,11 +105,11 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Makes sure that a name is given to nothing else.
+    /// Reserves a name.
     pub(super) fn reserve(&mut self, name: &str) {
         self.given.entry(name.to_owned()).or_insert(1);
     }
-    /// A name that no other value has: the one that is suggested if it may be.
+    /// A name that no other value has: the suggestion if it is free.
     pub(super) fn give(&mut self, suggested: Option<&str>) -> String {
         let Some(suggested) = suggested else {
             loop {

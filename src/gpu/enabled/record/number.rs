@@ -1,6 +1,6 @@
-//! The numbers of programs that are recorded, and what the traits of numbers ask of them.
+//! Recorded numbers, and their implementation of the number traits.
 
-use super::graph::{Binary, Form};
+use super::graph::{Binary, ControlForm};
 use super::kind::Kind;
 use super::state::{Handle, on_vectors, with};
 use crate::math::lanes::{Device, Function, Layout, Part, Value};
@@ -48,7 +48,7 @@ fn blend_masks(mask: RecordedMask, a: RecordedMask, b: RecordedMask) -> Recorded
     (mask & a) | (!mask & b)
 }
 
-// Operations are called, not inlined: recording need not be fast, and there are thousands of places that record one.
+// Operations are not inlined: recording need not be fast, and there are thousands of call sites.
 
 macro_rules! operator {
     ($Type:ident, $kind:ident, $Trait:ident, $method:ident, $function:ident, $op:expr) => {
@@ -203,8 +203,8 @@ fn handles([x, y, z]: [RecordedFloat; 3]) -> [Handle; 3] {
     [x.0, y.0, z.0]
 }
 
-/// The numbers of a structure. Like [`structure`] once in the code for each type, not at each place that needs them:
-/// recording a program need not be fast.
+/// The numbers of a structure. Like [`structure`], it is compiled once per type and not inlined at each call site;
+/// recording need not be fast.
 #[inline(never)]
 fn numbers<T: Value<RecordedFloat>>(value: &T) -> Vec<(Handle, Kind)> {
     let mut parts = Vec::new();
@@ -217,7 +217,7 @@ fn numbers<T: Value<RecordedFloat>>(value: &T) -> Vec<(Handle, Kind)> {
     parts.iter().map(number).collect()
 }
 
-/// The structure of some numbers.
+/// The structure with some numbers.
 #[inline(never)]
 fn structure<T: Value<RecordedFloat>>(handles: Vec<Handle>) -> T {
     fn kinds(layout: &Layout, into: &mut Vec<Kind>) {
@@ -241,7 +241,7 @@ fn structure<T: Value<RecordedFloat>>(handles: Vec<Handle>) -> T {
     T::of_parts(&mut parts)
 }
 
-/// Records a root: a function that nothing need call.
+/// Records a root: a function that need not be called by another one.
 pub(super) fn root<A: Value<Float32>, R: Value<Float32>>(
     function: &'static Function,
     body: impl FnOnce(A) -> R,
@@ -250,7 +250,7 @@ pub(super) fn root<A: Value<Float32>, R: Value<Float32>>(
     with(|state| state.want(function));
 }
 
-/// Records the functions that a function calls, but not that one.
+/// Records the functions that a function calls, but not the function itself.
 pub(super) fn callees<A: Value<Float32>, R: Value<Float32>>(
     function: &'static Function,
     body: impl FnOnce(A) -> R,
@@ -399,13 +399,13 @@ impl Float for RecordedFloat {
         let begun = constant
             .is_none()
             .then(|| with(|state| (state.values(&layout, &numbers(&otherwise)), state.open(mask.0, true))));
-        // Once in the code, as in `fork`: branches within branches would double it each time.
+        // Called once, as in `fork`: otherwise nested branches would double the code each time.
         let result = then();
         let Some((second, block)) = begun else { return result };
         structure(with(|state| {
             let first = state.close(&layout, &numbers(&result));
             let blocks = vec![block, state.empty(mask.0)];
-            state.end_branch(Form::Branch, mask.0, blocks, first, second)
+            state.end_branch(ControlForm::Branch, mask.0, blocks, first, second)
         }))
     }
     fn guard<T: Value<Self>>(mask: RecordedMask, otherwise: T, then: impl FnOnce() -> T) -> T {
@@ -431,7 +431,7 @@ impl Float for RecordedFloat {
         let Some((then_block, first, else_block)) = begun else { return result };
         structure(with(|state| {
             let second = state.close(&layout, &numbers(&result));
-            state.end_branch(Form::Fork, mask.0, vec![then_block, else_block], first, second)
+            state.end_branch(ControlForm::Fork, mask.0, vec![then_block, else_block], first, second)
         }))
     }
     fn repeat<T: Value<Self>>(

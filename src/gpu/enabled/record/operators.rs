@@ -1,8 +1,8 @@
-//! WGSL of numbers and operators, with the parentheses that they need.
+//! WGSL expressions of operators, with the required parentheses.
 
 use super::graph::Binary;
 
-/// What an expression is outermost; WGSL has more rules for parentheses than most languages.
+/// The outermost operator of an expression. WGSL requires parentheses in more cases than most languages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outermost {
     Primary,
@@ -20,7 +20,7 @@ pub(super) enum Outermost {
 pub(super) struct Text {
     pub(super) text: String,
     pub(super) outermost: Outermost,
-    /// Of a call: what stands before the parenthesis, and the arguments.
+    /// For a call: the text before the parenthesis, and the arguments.
     pub(super) list: Option<(String, Vec<String>)>,
 }
 
@@ -28,18 +28,18 @@ impl Text {
     pub(super) fn new(text: String, outermost: Outermost) -> Text {
         Text { text, outermost, list: None }
     }
-    /// A name, or something as simple.
+    /// A name, or a similarly simple expression.
     pub(super) fn name(text: impl Into<String>) -> Text {
         Text::new(text.into(), Outermost::Primary)
     }
-    /// In parentheses unless it may do without.
+    /// In parentheses unless they are unnecessary.
     pub(super) fn within(self, may: impl Fn(Outermost) -> bool) -> String {
         if may(self.outermost) { self.text } else { format!("({})", self.text) }
     }
     pub(super) fn into_primary(self) -> String {
         self.within(|outermost| outermost == Outermost::Primary)
     }
-    /// The opposite of a condition.
+    /// The negation of a condition.
     pub(super) fn opposite(self) -> String {
         match self.text.strip_prefix('!') {
             Some(text) if self.outermost == Outermost::Unary => text.to_owned(),
@@ -94,7 +94,7 @@ pub(super) fn binary(op: Binary, is_mask: bool, a: Text, b: Text) -> Text {
     let (a, b) = match outermost {
         Outermost::Multiplicative => (a.within(is_factor), b.within(is_simple)),
         Outermost::Additive => (a.within(is_term), b.within(is_factor)),
-        // `a < b >> c` would be read as a list of types.
+        // `a < b >> c` would be parsed as a template list.
         Outermost::Comparison => (a.within(is_term), b.within(is_term)),
         Outermost::Chain("&&" | "||") => {
             let is_condition = |of: Outermost| is_term(of) || of == Outermost::Comparison;

@@ -1,4 +1,5 @@
-//! What programs read besides their arguments: the numbers and the tables of a scene, told by where they lie in memory.
+//! Inputs of programs besides their arguments: the numbers and tables of a scene, identified by their addresses in
+//! memory.
 
 use super::kind::Kind;
 use std::collections::HashMap;
@@ -6,30 +7,31 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::rc::Rc;
 
-/// Where a number of the scene is in WGSL.
+/// The location of a number of the scene in WGSL.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Number {
     /// The expression.
     pub(super) text: Rc<str>,
     pub(super) kind: Kind,
-    /// The place in the vector that the expression is.
+    /// Its component, if the expression is a vector.
     pub(super) member: Option<u32>,
 }
 
-/// Where a table is in WGSL: a function of the index reads it.
+/// The location of a table in WGSL: a function of the index reads it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Table {
     /// The function.
     pub(super) reader: Rc<str>,
-    /// What it is of the function's result, if it is not all of it.
+    /// The field of the function's result, if it is not the entire result.
     pub(super) field: Option<Rc<str>>,
-    /// Of the field, or of the result.
+    /// The kind of the field, or of the result.
     pub(super) kind: Kind,
-    /// The place in the vector that the field is.
+    /// Its component, if the field is a vector.
     pub(super) member: Option<u32>,
 }
 
-/// The numbers and the tables that a program may read. It borrows them, so that no address is used again while it lives.
+/// The numbers and tables that a program may read. They are borrowed, so that no address is reused during the
+/// registry's lifetime.
 #[derive(Debug, Default)]
 pub(crate) struct Registry<'a> {
     pub(super) sources: Sources,
@@ -55,7 +57,7 @@ fn insert<T: Debug + PartialEq>(map: &mut HashMap<usize, T>, address: usize, sou
 }
 
 impl<'a> Registry<'a> {
-    /// An empty one.
+    /// An empty registry.
     pub(crate) fn new() -> Self {
         Registry::default()
     }
@@ -64,7 +66,7 @@ impl<'a> Registry<'a> {
         let number = Number { text: text.into(), kind, member };
         insert(&mut self.sources.numbers, std::ptr::from_ref(at).addr(), number);
     }
-    // An empty table has no memory of its own, and no one reads it.
+    // An empty table has no memory of its own, and is never read.
     fn insert_table<T>(
         &mut self,
         table: &'a [T],
@@ -79,7 +81,7 @@ impl<'a> Registry<'a> {
         }
     }
 
-    /// A float, which `text` is in WGSL.
+    /// A float, written `text` in WGSL.
     ///
     /// # Panics
     /// Panics, as all functions here do, if the same memory is registered as something else.
@@ -92,7 +94,7 @@ impl<'a> Registry<'a> {
         self.insert_number(word, text, Kind::Uint, None);
         self
     }
-    /// Two to four floats, which `text` is in WGSL: a vector.
+    /// Two to four floats, written `text` in WGSL: a vector.
     pub(crate) fn vector<const N: usize>(&mut self, vector: &'a [f32; N], text: &str) -> &mut Self {
         const { assert!(2 <= N && N <= 4, "WGSL's vectors have two to four numbers") };
         for (member, number) in (0..).zip(vector) {
@@ -110,7 +112,7 @@ impl<'a> Registry<'a> {
         self.insert_table(column, reader, Some(field), Kind::Uint, None);
         self
     }
-    /// Two to four columns of floats, which are one field, a vector, in WGSL.
+    /// Two to four columns of floats, which are one vector field in WGSL.
     pub(crate) fn columns<const N: usize>(
         &mut self,
         columns: &'a [Vec<f32>; N],

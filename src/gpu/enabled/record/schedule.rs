@@ -1,17 +1,18 @@
-//! Which operations of a function are needed, and in which block each is computed.
+//! Selects the operations of a function that are needed, and the block of each.
 //!
-//! An operation is computed in the innermost block that holds all its uses, but not in a loop that it was recorded
-//! outside of. One that is used once is part of the expression that uses it; others get a name. So what only one side of
-//! a branch needs is computed there, and so is what a branch is given for where its condition does not hold.
+//! An operation is computed in the innermost block that contains all its uses, but not in a loop that it was recorded
+//! outside of. An operation that is used once becomes part of the expression that uses it; others get a name.
+//! Operations that only one side of a branch uses are thus computed there, and so is the value of a branch for a false
+//! condition.
 
-use super::graph::{Block, Form, Graph, Node, Op};
+use super::graph::{Block, ControlForm, Graph, Node, Op};
 
-/// See the module.
+/// See the module's documentation.
 #[derive(Debug)]
 pub(super) struct Schedule {
-    /// What stands for each node: itself, unless it is known to be another.
+    /// The replacement of each node: itself, or an equal node.
     same: Vec<Node>,
-    /// Uses of each node that is not free.
+    /// The number of uses of each node that is not free.
     uses: Vec<u32>,
     /// The block in which a node is computed.
     place: Vec<Option<Block>>,
@@ -19,16 +20,16 @@ pub(super) struct Schedule {
     pub(super) is_named: Vec<bool>,
     /// The named nodes and the controls of each block, in the order in which they were recorded.
     pub(super) statements: Vec<Vec<Node>>,
-    /// For each item of each control, how often its result is used; none if it is not needed.
+    /// For each item of each control, the number of uses of its result; `None` if it is not needed.
     items: Vec<Vec<Option<u32>>>,
-    /// Whether a control has something to compute where its condition does not hold.
+    /// Whether a control computes something for a false condition.
     is_fork: Vec<bool>,
-    /// The block around each block, controls being where they are needed.
+    /// The enclosing block of each block, with controls moved to where they are needed.
     parent: Vec<Option<Block>>,
 }
 
 impl Schedule {
-    /// For a function that gives this node.
+    /// The schedule of a function that returns this node.
     pub(super) fn new(graph: &Graph, result: Node) -> Schedule {
         let count = graph.nodes.len();
         let mut schedule = Schedule {
@@ -38,14 +39,14 @@ impl Schedule {
             is_named: vec![false; count],
             statements: vec![Vec::new(); graph.scopes.len()],
             items: graph.controls.iter().map(|control| vec![None; control.items.len()]).collect(),
-            is_fork: graph.controls.iter().map(|control| control.form == Form::Fork).collect(),
+            is_fork: graph.controls.iter().map(|control| control.form == ControlForm::Fork).collect(),
             parent: graph.scopes.iter().map(|scope| scope.parent).collect(),
         };
         schedule.find_same(graph);
         let is_live = schedule.live(graph, result);
         schedule.add_use(graph, result, 0);
-        // Uses come after what they use, so that all are known when their turn comes; but for states of loops, which
-        // have no place.
+        // Uses come after their operands, so that all uses of a node are known when it is reached, except for states of
+        // loops, which have no block.
         for node in (0..count).rev().filter(|&node| is_live[node]) {
             schedule.put(graph, node);
         }
@@ -61,13 +62,13 @@ impl Schedule {
         let items = self.items[control].iter().enumerate();
         items.filter_map(|(i, uses)| uses.is_some().then_some(i)).collect()
     }
-    /// The item of a branch or loop in this block that a node is, if nothing else uses that.
+    /// The item of a branch or loop in this block that a node is, if it is the only use.
     pub(super) fn sole_use(&self, graph: &Graph, node: Node, block: Block) -> Option<(usize, usize)> {
         let Op::Result(control, item) = *graph.op(self.same(node)) else { return None };
         let is_sole = self.items[control][item] == Some(1);
         (is_sole && self.place_of(graph, control) == Some(block)).then_some((control, item))
     }
-    /// Whether a control that is no loop is written with `else`.
+    /// Whether a branch or fork is written with `else`.
     pub(super) fn has_else(&self, graph: &Graph, control: usize) -> bool {
         let this = &graph.controls[control];
         let is_computed = |i: usize| {
@@ -82,8 +83,8 @@ impl Schedule {
         self.place[graph.controls[control].node]
     }
 
-    // Members of what is put together are those, states that do not change are what they were before, and results that
-    // are the same from both blocks are that.
+    // Members of composed values are replaced by these; states that never change by their initial values; and results
+    // that are equal in both blocks by that value.
     fn find_same(&mut self, graph: &Graph) {
         for (node, recorded) in graph.nodes.iter().enumerate() {
             let same = match recorded.op {
@@ -95,7 +96,7 @@ impl Schedule {
                     Op::Compose(members) => self.same[members[member]],
                     _ => node,
                 },
-                Op::Result(control, i) if graph.controls[control].form != Form::Loop => {
+                Op::Result(control, i) if graph.controls[control].form != ControlForm::Loop => {
                     let item = &graph.controls[control].items[i];
                     let first = self.same[item.first];
                     if first == self.same[item.second] { first } else { node }
@@ -128,7 +129,7 @@ impl Schedule {
         is_live
     }
 
-    /// Whether a value costs nothing and reads well wherever it is used.
+    /// Whether a value costs nothing and is readable wherever it is used.
     pub(super) fn is_free(&self, graph: &Graph, node: Node) -> bool {
         let is_free = |&node: &Node| self.is_free(graph, self.same(node));
         match graph.op(node) {
@@ -162,13 +163,13 @@ impl Schedule {
     fn blocks_from(&self, block: Block) -> Vec<Block> {
         std::iter::successors(Some(block), |&block| self.parent[block]).collect()
     }
-    /// The innermost block that holds two.
+    /// The innermost block that contains both.
     fn around(&self, a: Block, b: Block) -> Block {
         let holds_b = self.blocks_from(b);
         self.blocks_from(a).into_iter().find(|block| holds_b.contains(block)).unwrap_or(0)
     }
 
-    /// Finds the place of a node all of whose uses are known, and uses its operands there.
+    /// Places a node all of whose uses are known, and uses its operands there.
     fn put(&mut self, graph: &Graph, node: Node) {
         let Some(used) = self.place[node] else { return };
         let recorded = &graph.nodes[node];
@@ -198,7 +199,7 @@ impl Schedule {
         if let Some(stays) = this.stays {
             self.add_use(graph, stays, this.blocks[0]);
         }
-        // What is computed for a branch alone is computed where it is needed.
+        // Operations that only a branch uses are computed there.
         let is_for_it = |schedule: &Schedule, node: Node| {
             let node = schedule.same(node);
             match *graph.op(node) {
@@ -206,14 +207,14 @@ impl Schedule {
                 _ => !schedule.is_free(graph, node) && schedule.place[node].is_none(),
             }
         };
-        self.is_fork[control] |= this.form == Form::Branch
+        self.is_fork[control] |= this.form == ControlForm::Branch
             && self.live_items(control).into_iter().any(|i| is_for_it(self, this.items[i].second));
         for i in self.live_items(control) {
             let item = &this.items[i];
             let [first, second] = match this.form {
-                Form::Branch if !self.is_fork[control] => [this.blocks[0], place],
-                Form::Branch | Form::Fork => [this.blocks[0], this.blocks[1]],
-                Form::Loop => [place, this.blocks[0]],
+                ControlForm::Branch if !self.is_fork[control] => [this.blocks[0], place],
+                ControlForm::Branch | ControlForm::Fork => [this.blocks[0], this.blocks[1]],
+                ControlForm::Loop => [place, this.blocks[0]],
             };
             self.add_use(graph, item.first, first);
             self.add_use(graph, item.second, second);

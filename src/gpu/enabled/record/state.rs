@@ -1,9 +1,9 @@
-//! The recording in progress, which operators find without being told: there is one a thread.
+//! The recording in progress, one per thread, which operators access implicitly.
 
 mod functions;
 
-use super::graph::{Binary, Block, Form, Graph, Node, Op};
-use super::kind::{Kind, Shape, Structures};
+use super::graph::{Binary, Block, ControlForm, Graph, Node, Op};
+use super::kind::{Kind, Structures, ValueType};
 use super::registry::{Sources, Table};
 use super::text::Written;
 use crate::math::lanes::{Function, Layout};
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 /// A value of the function that is being recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Handle {
-    /// Which recording of a function it belongs to.
+    /// Identifies the recording of a function to which it belongs.
     function: u32,
     node: u32,
 }
@@ -23,14 +23,14 @@ pub(super) struct Handle {
 struct Frame {
     number: u32,
     function: &'static Function,
-    parameters: Vec<(String, Shape)>,
+    parameters: Vec<(String, ValueType)>,
     layouts: Vec<Layout>,
     graph: Graph,
-    /// Whether it is no part of the program, but what it calls is.
+    /// Whether the function itself is not part of the program, but its callees are.
     stands_for_other: bool,
 }
 
-/// A function that was recorded.
+/// A recorded function.
 #[derive(Clone, Debug)]
 pub(super) struct Done {
     pub(super) function: &'static Function,
@@ -42,7 +42,7 @@ pub(super) struct Done {
     parameter_names: Vec<String>,
 }
 
-/// See the module.
+/// See the module's documentation.
 #[derive(Debug, Default)]
 pub(super) struct State {
     pub(super) sources: Sources,
@@ -60,7 +60,7 @@ thread_local! {
     static STATE: RefCell<Option<State>> = const { RefCell::new(None) };
 }
 
-/// The recording in progress.
+/// Passes the recording in progress to `f`.
 ///
 /// # Panics
 /// Panics if there is none on this thread.
@@ -70,7 +70,7 @@ pub(super) fn with<R>(f: impl FnOnce(&mut State) -> R) -> R {
     })
 }
 
-/// Runs `f` with a recording in progress, and gives that back. If `f` panics there is none any more.
+/// Runs `f` with a recording in progress, and returns the recording. If `f` panics, there is none any more.
 pub(super) fn record_in<R>(state: State, f: impl FnOnce() -> R) -> (State, R) {
     struct Ends;
     impl Drop for Ends {
@@ -97,7 +97,7 @@ impl State {
     pub(super) fn graph(&mut self) -> &mut Graph {
         &mut self.frame().graph
     }
-    /// Which functions are being recorded, for messages.
+    /// The functions that are being recorded, for messages.
     fn trace(&self) -> String {
         let names: Vec<_> = self.stack.iter().map(|frame| frame.function.name).collect();
         if names.is_empty() { "no function".to_owned() } else { names.join(" > ") }
@@ -110,7 +110,7 @@ impl State {
         nodes.iter().map(|&node| self.handle(node)).collect()
     }
 
-    /// The node of a value that is used in the current block: a constant if the block is where a mask holds, or does not.
+    /// The node of a value in the current block: a constant if the block is where a mask is known.
     pub(super) fn node(&mut self, handle: Handle, kind: Kind) -> Node {
         let node = self.node_of(handle, kind);
         match (kind, self.graph().assumed(node)) {
@@ -119,8 +119,7 @@ impl State {
         }
     }
 
-    /// The node of a value that is used in the current function. A constant and a number of the scene may come
-    /// from another one.
+    /// The node of a value in the current function. A constant or a number of the scene may come from another function.
     fn node_of(&mut self, handle: Handle, kind: Kind) -> Node {
         let node = handle.node as Node;
         let place = self.stack.iter().rposition(|frame| frame.number == handle.function);
@@ -148,7 +147,7 @@ impl State {
         handles.iter().map(|&(handle, kind)| self.node(handle, kind)).collect()
     }
 
-    /// A node of an outer function, in the current one, if it depends on no number there.
+    /// A node of an outer function, copied to the current one if it depends on no number of the outer function.
     fn copied(&mut self, place: usize, node: Node) -> Option<Node> {
         let from = &self.stack[place].graph;
         let (op, kind) = (from.op(node).clone(), from.kind(node));
@@ -177,12 +176,12 @@ impl State {
         self.handle(node)
     }
 
-    /// The vector of three floats.
+    /// A vector of three floats.
     pub(super) fn vector(&mut self, [x, y, z]: [Handle; 3]) -> Node {
         let members = [x, y, z].map(|handle| self.node(handle, Kind::Float));
         self.graph().compose(Kind::Floats(3), members.to_vec())
     }
-    /// Its coordinates.
+    /// The components of a vector.
     pub(super) fn coordinates(&mut self, vector: Node) -> [Handle; 3] {
         [0, 1, 2].map(|i| {
             let node = self.graph().extract(vector, i, Kind::Float);
@@ -208,7 +207,7 @@ impl State {
     /// A number of a table of the scene.
     pub(super) fn gather<T>(&mut self, table: &[T], index: Handle, kind: Kind) -> Handle {
         if table.is_empty() {
-            // Code for rows that a scene has none of: no path comes there.
+            // Code for rows that the scene does not have: no path reaches it.
             let graph = self.graph();
             let zero = if kind == Kind::Float { graph.float(0.0) } else { graph.uint(0) };
             return self.handle(zero);
@@ -238,25 +237,25 @@ impl State {
         self.graph().mask_of(node)
     }
 
-    /// Begins a block in which a mask holds, or does not.
+    /// Begins a block in which a mask is true or false.
     pub(super) fn open(&mut self, mask: Handle, holds: bool) -> Block {
         let mask = self.node(mask, Kind::Mask);
         let block = self.graph().open(false);
         self.graph().assume(mask, holds);
         block
     }
-    /// The same without anything in it.
+    /// An empty block of that kind.
     pub(super) fn empty(&mut self, mask: Handle) -> Block {
         let block = self.open(mask, false);
         self.graph().close();
         block
     }
 
-    /// A value of the next numbers. What becomes a field is named after it.
-    fn implode(&mut self, shape: &Shape, numbers: &mut impl Iterator<Item = Node>) -> Node {
-        let (kind, members) = match shape {
-            Shape::Number(_) => return numbers.next().expect("as many numbers as the shape has"),
-            Shape::Group(kind, members) => (*kind, members),
+    /// A value from the next numbers. A value that becomes a field is named after it.
+    fn implode(&mut self, value_type: &ValueType, numbers: &mut impl Iterator<Item = Node>) -> Node {
+        let (kind, members) = match value_type {
+            ValueType::Number(_) => return numbers.next().expect("as many numbers as the shape has"),
+            ValueType::Group(kind, members) => (*kind, members),
         };
         let members: Vec<_> = members.iter().map(|member| self.implode(member, numbers)).collect();
         if let Kind::Structure(structure) = kind {
@@ -270,28 +269,28 @@ impl State {
 
     /// The values of a structure, recorded in the current block, each with its numbers.
     pub(super) fn values(&mut self, layout: &Layout, numbers: &[(Handle, Kind)]) -> Vec<Value> {
-        // Not the constants that masks are in the block: what two blocks give is compared.
+        // Not the constants of masks known in the block, because results of two blocks are compared.
         let numbers: Vec<_> = numbers.iter().map(|&(handle, kind)| self.node_of(handle, kind)).collect();
         let shapes = self.structures.members(layout);
         let mut numbers = numbers.into_iter();
-        let value = |shape: Shape| {
-            let numbers: Vec<_> = numbers.by_ref().take(shape.len()).collect();
-            let node = self.implode(&shape, &mut numbers.iter().copied());
-            Value { shape, numbers, node }
+        let value = |value_type: ValueType| {
+            let numbers: Vec<_> = numbers.by_ref().take(value_type.len()).collect();
+            let node = self.implode(&value_type, &mut numbers.iter().copied());
+            Value { value_type, numbers, node }
         };
         shapes.into_iter().map(value).collect()
     }
-    /// The values of a block, which ends.
+    /// The values of a block, which ends here.
     pub(super) fn close(&mut self, layout: &Layout, numbers: &[(Handle, Kind)]) -> Vec<Value> {
         let values = self.values(layout, numbers);
         self.graph().close();
         values
     }
 
-    /// Records a branch or a fork, and gives the numbers of its result.
+    /// Records a branch or fork, and returns the numbers of its result.
     pub(super) fn end_branch(
         &mut self,
-        form: Form,
+        form: ControlForm,
         mask: Handle,
         blocks: Vec<Block>,
         first: Vec<Value>,
@@ -299,31 +298,34 @@ impl State {
     ) -> Vec<Handle> {
         let condition = self.node(mask, Kind::Mask);
         let graph = self.graph();
-        let items = first.iter().zip(&second).map(|(a, b)| (a.shape.clone(), a.node, b.node)).collect();
+        let items = first.iter().zip(&second).map(|(a, b)| (a.value_type.clone(), a.node, b.node)).collect();
         let results = graph.end_branch(form, condition, blocks, items);
         let mut numbers = Vec::new();
         for ((a, b), result) in first.iter().zip(&second).zip(results) {
             let mut own = Vec::new();
-            graph.explode(&a.shape, result, &mut own);
-            // What is the same in both blocks is that.
+            graph.explode(&a.value_type, result, &mut own);
+            // Values that are equal in both blocks need no result.
             let same = a.numbers.iter().zip(&b.numbers).map(|(&a, &b)| (a == b).then_some(a));
-            graph.note_equal(&a.shape, result, &mut same.clone());
+            graph.note_equal(&a.value_type, result, &mut same.clone());
             numbers.extend(same.zip(own).map(|(same, own)| same.unwrap_or(own)));
         }
         self.handles(&numbers)
     }
 
-    /// Begins a loop, and gives the numbers of its state within.
+    /// Begins a loop, and returns the numbers of its state within.
     pub(super) fn begin_loop(&mut self, live: Handle, state: &[Value]) -> (usize, Vec<Handle>) {
         let condition = self.node(live, Kind::Mask);
         let graph = self.graph();
-        let items = state.iter().map(|value| (value.shape.clone(), value.node)).collect();
+        let items = state.iter().map(|value| (value.value_type.clone(), value.node)).collect();
         let (control, nodes) = graph.begin_loop(condition, items);
         let mut numbers = Vec::new();
-        state.iter().zip(nodes).for_each(|(value, node)| graph.explode(&value.shape, node, &mut numbers));
+        state
+            .iter()
+            .zip(nodes)
+            .for_each(|(value, node)| graph.explode(&value.value_type, node, &mut numbers));
         (control, self.handles(&numbers))
     }
-    /// Ends it, and gives the numbers of its state thereafter.
+    /// Ends a loop, and returns the numbers of its final state.
     pub(super) fn end_loop(
         &mut self,
         control: usize,
@@ -342,22 +344,22 @@ impl State {
             if *graph.op(next.node) == Op::State(control, i) {
                 numbers.extend(&before.numbers);
             } else {
-                graph.explode(&before.shape, result, &mut numbers);
+                graph.explode(&before.value_type, result, &mut numbers);
             }
         }
         self.handles(&numbers)
     }
 }
 
-/// A value that a block gives.
+/// A value that a block returns.
 #[derive(Debug)]
 pub(super) struct Value {
-    shape: Shape,
+    value_type: ValueType,
     numbers: Vec<Node>,
     node: Node,
 }
 
-/// Sums and so on, with the vectors of three floats.
+/// Arithmetic, including that on vectors of three floats.
 pub(super) fn on_vectors(op: Binary, a: [Handle; 3], b: [Handle; 3]) -> [Handle; 3] {
     with(|state| {
         let (a, b) = (state.vector(a), state.vector(b));

@@ -1,4 +1,4 @@
-//! Small programs of the tests' own: as WGSL, on a device, and with mistakes.
+//! Small programs for tests: as WGSL, on a device, and with mistakes.
 
 mod device;
 mod mistakes;
@@ -9,7 +9,7 @@ use super::*;
 use crate::math::lanes::Device;
 use crate::math::{Float, LaneFloat, Uint, Vec3, value};
 
-/// What the host's WGSL has that programs use.
+/// The part of the host's WGSL that programs use.
 const BY_HAND: &str = "const NOTHING: f32 = 3.4028235e38f;
 
 struct Numbers {
@@ -59,7 +59,7 @@ fn doubled(marked: Marked, times: u32) -> Marked {
 }
 ";
 
-/// A structure that WGSL declares by hand.
+/// A structure that hand-written WGSL declares.
 #[derive(Clone, Copy, Debug)]
 struct Marked<F> {
     at: Vec3<F>,
@@ -67,7 +67,7 @@ struct Marked<F> {
 }
 value!(Marked { at, weight });
 
-/// A function that is written by hand on the device.
+/// A function that is hand-written on the device.
 struct Doubled;
 
 impl Device for Doubled {
@@ -130,7 +130,7 @@ macro_rules! named {
 }
 use named;
 
-/// The program's text, after naga has found it valid.
+/// The text of a program, after naga has validated it.
 #[track_caller]
 fn valid(recording: Recording<'_>) -> String {
     use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};

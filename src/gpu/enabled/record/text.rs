@@ -1,16 +1,16 @@
 //! Functions as WGSL: statements. `expression` writes what stands in them.
 
-use super::graph::{Block, Form, Graph, Item, Node, Op};
-use super::kind::{Kind, Shape, Structures};
+use super::graph::{Block, ControlForm, Graph, Item, Node, Op};
+use super::kind::{Kind, Structures, ValueType};
 use super::names::{Names, snake_case};
 use super::operators::Text;
 use super::schedule::Schedule;
 use std::collections::{HashMap, HashSet};
 
-/// Columns of a line, where it can be broken.
+/// The maximum number of columns of a line that can be broken.
 pub(super) const WIDTH: usize = 110;
 
-/// A function in WGSL, and what it needs.
+/// A function in WGSL, with its dependencies.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Written {
     pub(super) text: String,
@@ -27,19 +27,19 @@ pub(super) struct Writer<'a> {
     pub(super) schedule: Schedule,
     pub(super) parameters: Vec<String>,
     pub(super) names: Names,
-    /// What nodes with names are called.
+    /// The names of nodes.
     pub(super) named: HashMap<Node, String>,
-    /// What the items of controls are called.
+    /// The names of the items of controls.
     pub(super) variables: HashMap<(usize, usize), String>,
     pub(super) lines: Vec<String>,
     pub(super) indent: usize,
     pub(super) written: Written,
 }
 
-/// A function that gives `result`, if it gives anything.
+/// The text of a function that returns `result`, if it returns anything.
 pub(super) fn function(
     name: &str,
-    parameters: &[(String, Shape)],
+    parameters: &[(String, ValueType)],
     result: Option<Node>,
     graph: &Graph,
     structures: &Structures,
@@ -53,8 +53,9 @@ pub(super) fn function(
     });
     let parameter_names: Vec<_> = parameters.iter().map(|(name, _)| names.give(Some(name))).collect();
     let typed = parameter_names.iter().zip(parameters);
-    let typed: Vec<_> =
-        typed.map(|(name, (_, shape))| format!("{name}: {}", structures.kind_name(shape.kind()))).collect();
+    let typed: Vec<_> = typed
+        .map(|(name, (_, value_type))| format!("{name}: {}", structures.kind_name(value_type.kind())))
+        .collect();
     let end =
         result.map_or(" {".to_owned(), |node| format!(" -> {} {{", structures.kind_name(graph.kind(node))));
     let mut writer = Writer {
@@ -80,7 +81,9 @@ pub(super) fn function(
         writer.finish(0, value, members);
         structures.needs(graph.kind(node), &mut writer.written.structures);
     }
-    parameters.iter().for_each(|(_, shape)| structures.needs(shape.kind(), &mut writer.written.structures));
+    parameters
+        .iter()
+        .for_each(|(_, value_type)| structures.needs(value_type.kind(), &mut writer.written.structures));
     writer.indent = 0;
     writer.line("}");
     writer.written.text = writer.lines.join("\n") + "\n";
@@ -92,7 +95,7 @@ impl Writer<'_> {
         self.lines.push(format!("{}{text}", "    ".repeat(self.indent)));
     }
 
-    /// Something before a list in parentheses, and after it; one member a line if all of it is too long for one.
+    /// A list in parentheses with a prefix and a suffix, on one line if it fits, otherwise one member per line.
     fn list(&mut self, before: &str, members: &[String], after: &str) {
         let line = format!("{before}({}){after}", members.join(", "));
         if members.is_empty() || self.indent * 4 + line.chars().count() <= WIDTH {
@@ -112,20 +115,20 @@ impl Writer<'_> {
             None => self.line(&format!("{before}{};", text.text)),
         }
     }
-    /// The same with a node's expression.
+    /// A statement that ends with a node's expression.
     fn compute(&mut self, before: &str, node: Node) {
         let text = self.expression(node);
         self.statement(before, text);
     }
 
-    /// Gives a name to a value that an expression is too long for.
+    /// Names a value, for expressions that are too long.
     pub(super) fn bind(&mut self, text: &str, hint: Option<&str>) -> String {
         let name = self.names.give(hint);
         self.line(&format!("let {name} = {text};"));
         name
     }
 
-    /// The name that a value suggests for itself.
+    /// The suggested name of a value.
     pub(super) fn hint(&self, node: Node) -> Option<String> {
         let recorded = &self.graph.nodes[node];
         match (&recorded.hint, recorded.kind) {
@@ -144,8 +147,8 @@ impl Writer<'_> {
     fn node(&mut self, node: Node) {
         if let Op::Control(control) = *self.graph.op(node) {
             return match self.graph.controls[control].form {
-                Form::Loop => self.repeat(control),
-                Form::Branch | Form::Fork => self.branch(control),
+                ControlForm::Loop => self.repeat(control),
+                ControlForm::Branch | ControlForm::Fork => self.branch(control),
             };
         }
         let text = self.expression(node);
@@ -154,7 +157,7 @@ impl Writer<'_> {
         self.named.insert(node, name);
     }
 
-    /// The statements of a block that ends the function. A branch at the end returns from within.
+    /// The statements of the last block of the function. A branch at its end returns from within.
     fn finish(&mut self, block: Block, value: Node, members: Vec<Node>) {
         let statements = self.schedule.statements[block].clone();
         let Some(control) = self.last_branch(block, &members) else {
@@ -176,7 +179,7 @@ impl Writer<'_> {
         let condition = self.expression(this.condition).text;
         self.line(&format!("if {condition} {{"));
         self.indent += 1;
-        // What the first arm gives names to is out of scope in the second.
+        // Names from the first arm are out of scope in the second.
         let named = self.named.clone();
         self.finish(this.blocks[0], value, first);
         self.named = named;
@@ -185,7 +188,7 @@ impl Writer<'_> {
         self.finish(this.blocks[1], value, second);
     }
 
-    /// What the function gives: `value`, with other members if it has some.
+    /// The value that the function returns: `value`, combined with any other members.
     fn returned(&mut self, value: Node, members: &[Node]) -> Text {
         match members {
             [only] if !self.is_composed(value) => self.expression(*only),
@@ -196,8 +199,8 @@ impl Writer<'_> {
         matches!(self.graph.op(value), Op::Compose(_)) && !self.schedule.is_named[value]
     }
 
-    /// The branch at the end of a block all of whose items are among what the function gives, where the other members
-    /// read well in more than one place.
+    /// The branch at the end of a block all of whose items are returned, if the other members can be repeated in each
+    /// arm.
     fn last_branch(&self, block: Block, members: &[Node]) -> Option<usize> {
         let Op::Control(control) = *self.graph.op(*self.schedule.statements[block].last()?) else {
             return None;
@@ -206,7 +209,7 @@ impl Writer<'_> {
             self.schedule.sole_use(self.graph, member, block).is_some_and(|(other, _)| other == control)
         };
         let items = members.iter().filter(|member| is_item(member)).count();
-        let may = self.graph.controls[control].form != Form::Loop
+        let may = self.graph.controls[control].form != ControlForm::Loop
             && items == self.schedule.live_items(control).len()
             && members.iter().all(|member| {
                 is_item(member) || self.schedule.is_free(self.graph, self.schedule.same(*member))
@@ -222,11 +225,11 @@ impl Writer<'_> {
         self.names.give(hinted.as_deref())
     }
 
-    /// Lets a control whose result is used by this item alone assign the item's variable.
+    /// Lets a control whose result is used only by this item assign the item's variable.
     fn share(&mut self, control: usize, item: usize, name: &str) {
         self.variables.insert((control, item), name.to_owned());
         let this = &self.graph.controls[control];
-        if this.form != Form::Loop
+        if this.form != ControlForm::Loop
             && !self.schedule.has_else(self.graph, control)
             && let Some(place) = self.schedule.place_of(self.graph, control)
             && let Some((other, of)) = self.schedule.sole_use(self.graph, this.items[item].second, place)
@@ -255,7 +258,7 @@ impl Writer<'_> {
                 let text = self.expression(second);
                 self.statement(&format!("{var}{name} = "), text);
             } else if !is_shared && !is_declared {
-                let kind = this.items[i].shape.kind();
+                let kind = this.items[i].value_type.kind();
                 self.structures.needs(kind, &mut self.written.structures);
                 let kind = self.structures.kind_name(kind);
                 self.line(&format!("var {name}: {kind};"));
@@ -268,7 +271,7 @@ impl Writer<'_> {
         self.line("}");
     }
 
-    /// The blocks of a branch, from behind the brace to before the last one.
+    /// The blocks of a branch, from after the first brace to before the last one.
     fn arms(&mut self, control: usize, items: &[usize], has_else: bool) {
         let this = &self.graph.controls[control];
         self.indent += 1;
@@ -304,7 +307,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes `else if` where the other block is no more than a fork that gives the same items. Whether it was so.
+    /// Writes `else if` if the other block is only a fork that yields the same items. Returns whether it did.
     fn chained(&mut self, control: usize, items: &[usize]) -> bool {
         let this = &self.graph.controls[control];
         let block = this.blocks[1];
@@ -313,14 +316,14 @@ impl Writer<'_> {
         let is_same = |&i: &usize| {
             self.schedule.sole_use(self.graph, this.items[i].second, block).is_some_and(|(of, _)| of == inner)
         };
-        if self.graph.controls[inner].form == Form::Loop || !items.iter().all(is_same) {
+        if self.graph.controls[inner].form == ControlForm::Loop || !items.iter().all(is_same) {
             return false;
         }
         let inner_items = self.schedule.live_items(inner);
         if inner_items.len() != items.len() {
             return false;
         }
-        // A condition that needs lines of its own has no place here.
+        // A condition that needs lines of its own cannot be written here.
         let (lines, names, named) = (self.lines.len(), self.names.clone(), self.named.clone());
         let condition = self.expression(self.graph.controls[inner].condition).text;
         if self.lines.len() > lines {
@@ -346,7 +349,7 @@ impl Writer<'_> {
             self.variables.insert((control, i), name);
         }
         let stays = this.stays.expect("loops say whether they go on");
-        // Entered in any case, it asks at its end.
+        // A loop that is always entered tests its condition at its end.
         let live = if self.is_always(this.condition) {
             self.line("loop {");
             None
@@ -365,7 +368,8 @@ impl Writer<'_> {
             let next = this.items[i].second;
             let mut text = self.expression(next);
             let name = self.variables[&(control, i)].clone();
-            // All are assigned at once: what reads one that is assigned before it is computed before that.
+            // All variables are assigned simultaneously: a value that reads one of them is computed before the
+            // assignments.
             if self.reads_any(control, next, &assigned) {
                 let next = self.names.give(Some(&format!("next_{}", name.trim_end_matches('_'))));
                 self.statement(&format!("let {next} = "), text);
@@ -401,7 +405,7 @@ impl Writer<'_> {
     fn is_always(&self, node: Node) -> bool {
         *self.graph.op(self.schedule.same(node)) == Op::Mask(true)
     }
-    /// Whether a node's expression reads one of some items of a loop's state.
+    /// Whether a node's expression reads some items of a loop's state.
     fn reads_any(&self, control: usize, node: Node, items: &HashSet<usize>) -> bool {
         let node = self.schedule.same(node);
         match *self.graph.op(node) {

@@ -5,13 +5,13 @@ use crate::material::{
     CheckerboardParameters, GlassParameters, MaterialParameters, MaterialTable, MatteParameters,
 };
 use crate::shape::{Disk, Plane, Shape, Sphere};
-use crate::world::{Look, SurfaceTable};
+use crate::world::{SurfaceAttributes, SurfaceTable};
 use glam::DVec3;
 
-/// A number of a column, in a row: name, type and bits.
+/// A number of a column in a row: name, type and bits.
 type Read = (String, String, Vec<u32>);
 
-/// Reads a row as the WGSL says: the structure's fields in their order take the values that the reader gives them.
+/// Reads a row as the WGSL does: the structure's fields take, in order, the values that the reader passes.
 fn read(text: &str, heap: &[HeapWord], row: usize) -> Vec<Read> {
     let between = |from: &str, to: &str| {
         let rest = text.split_once(from).unwrap_or_else(|| panic!("there is no {from:?} in {text}")).1;
@@ -41,7 +41,7 @@ fn read(text: &str, heap: &[HeapWord], row: usize) -> Vec<Read> {
         .collect()
 }
 
-/// What the columns themselves say of a row.
+/// The values of a row according to the columns.
 fn expected(rows: &Rows<'_>, row: usize) -> Vec<Read> {
     let column = |(name, values): &(&str, Values<'_>)| {
         let numbers = (0..values.width()).map(|i| values.bits(row, i)).collect();
@@ -60,7 +60,7 @@ fn is_read_back(rows: &Rows<'_>, heap: &[HeapWord], text: &str) -> bool {
     (0..count).all(|row| read(text, heap, row) == expected(rows, row))
 }
 
-/// Two rows in whose columns no number is there twice.
+/// Two rows in which all numbers are different.
 struct Table {
     weights: [Vec<f32>; 3],
     first: Vec<f32>,
@@ -96,7 +96,7 @@ impl Table {
 
 #[test]
 fn single_numbers_fill_words_behind_vectors() {
-    let at = |word, first| Place { word, first };
+    let at = |word, first| FieldOffset { word, first };
     assert_eq!(pack(&[]), (vec![], 0));
     assert_eq!(pack(&[1, 3]), (vec![at(0, 3), at(0, 0)], 1));
     assert_eq!(pack(&[3, 3, 1]), (vec![at(0, 0), at(1, 0), at(0, 3)], 2));
@@ -117,7 +117,7 @@ fn single_numbers_fill_words_behind_vectors() {
 }
 
 #[test]
-fn what_the_wgsl_reads_is_what_the_columns_hold() {
+fn the_wgsl_reads_the_values_of_the_columns() {
     let table = Table::new();
     let rows = table.rows();
     let heap = rows.packed();
@@ -143,14 +143,14 @@ fn a_wrong_layout_is_noticed() {
         let seen = std::panic::catch_unwind(|| is_read_back(&table.rows(), &heap, &wrong));
         assert!(!seen.is_ok_and(|is_same| is_same), "{to:?} went unnoticed");
     }
-    // Rows that were packed of the same columns in another order.
+    // Rows that were packed from the same columns in another order.
     let mut others = table.rows();
     others.columns.swap(0, 2);
     assert!(!is_read_back(&rows, &others.packed(), &right));
 }
 
 #[test]
-fn columns_of_another_length_are_refused() {
+fn columns_of_different_length_are_rejected() {
     let table = Table { third: vec![0.0], ..Table::new() };
     assert!(std::panic::catch_unwind(|| table.rows().packed()).is_err());
     let table = Table { axes: [vec![0.0; 2], vec![0.0; 2], vec![0.0; 1]], ..Table::new() };
@@ -167,9 +167,9 @@ fn materials_are_read_back_and_need_no_row_for_their_wgsl() {
     let rows = material_rows(&table);
     let (heap, text) = (rows.packed(), text(&rows));
     assert!(is_read_back(&rows, &heap, &text));
-    // The kind stands behind the colour.
+    // The kind follows the colour.
     let (kind, words) = rows.place("kind").unwrap();
-    assert_eq!((kind, heap.len()), (Place { word: 0, first: 3 }, 3 * words));
+    assert_eq!((kind, heap.len()), (FieldOffset { word: 0, first: 3 }, 3 * words));
     let numbers: Vec<_> = table.rows().iter().map(|row| row.kind as u32).collect();
     assert_eq!(heap.chunks(words).map(|row| row[0][3]).collect::<Vec<_>>(), numbers);
 
@@ -181,7 +181,7 @@ fn materials_are_read_back_and_need_no_row_for_their_wgsl() {
 #[test]
 fn surfaces_are_read_back_in_another_order() {
     let mut table = SurfaceTable::default();
-    let look = Look {
+    let attributes = SurfaceAttributes {
         material: 7,
         emission: [2.0, 3.0, 4.0],
         emission_texture: 6,
@@ -189,9 +189,15 @@ fn surfaces_are_read_back_in_another_order() {
         entity: 0,
         light: 5,
     };
-    table.push(Plane { normal: [0.0, 0.6, 0.8], distance: 9.0 }.surface(), look);
-    table.push(Sphere::new(DVec3::new(7.0, 8.0, 9.0), 0.5).surface(), Look { light: 6, ..look });
-    table.push(Disk::new(DVec3::X, DVec3::Y, 2.0).surface(), Look { light: NO_LIGHT, ..look });
+    table.push(Plane { normal: [0.0, 0.6, 0.8], distance: 9.0 }.surface(), attributes);
+    table.push(
+        Sphere::new(DVec3::new(7.0, 8.0, 9.0), 0.5).surface(),
+        SurfaceAttributes { light: 6, ..attributes },
+    );
+    table.push(
+        Disk::new(DVec3::X, DVec3::Y, 2.0).surface(),
+        SurfaceAttributes { light: NO_LIGHT, ..attributes },
+    );
     let own = SurfaceColumns::new(&table).unwrap();
     let rows = surface_rows(&table, &own);
     let (order, text) = ([2, 0, 1], text(&rows));
@@ -201,7 +207,7 @@ fn surfaces_are_read_back_in_another_order() {
     }
     // Negative control: in their own order.
     assert_ne!(read(&text, &rows.packed(), 0), expected(&rows, 2));
-    // A word is begun for the last column.
+    // The last column begins a new word.
     assert_eq!(heap.len(), 3 * 7);
 }
 

@@ -1,8 +1,7 @@
-//! Every function that is recorded, against the same code on one lane.
+//! Every recorded function, compared with the same code on one lane.
 //!
-//! Paths are followed with numbers that keep the arguments and the results of all functions on the way, and the device
-//! is asked for the same results. So a new function is compared as soon as a path comes by it; one that no path comes by
-//! is an error.
+//! Paths are traced with numbers that store the arguments and results of all functions, and the device computes the
+//! same calls. A new function is thus compared as soon as a path calls it; a function that no path calls is an error.
 
 mod calls;
 mod compare;
@@ -20,14 +19,14 @@ use crate::scene::{FilmMode, Filter, Integrator, Sampler, Scene};
 use compare::{Change, Compared, Rows};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// The scene that comes with the program and has rough surfaces, spots and suns.
+/// The scene in the repository that has rough surfaces, spotlights and suns.
 fn surfaces() -> Scene {
     let mut shipped = shipped().into_iter();
     let (_, scene) = shipped.find(|(name, _)| name == "surfaces").expect("it comes with the program");
     scene
 }
 
-/// Runs that together come by all there is: every kind of shape, and of the older lights and materials, is in one scene.
+/// Runs that together call everything: one scene has every kind of shape, and of the older lights and materials.
 fn runs() -> Vec<Scene> {
     let run = |integrator, sampler, filter| {
         let mut scene = scenes::with(scenes::everything(48, 32), integrator, sampler);
@@ -55,18 +54,18 @@ fn runs() -> Vec<Scene> {
     ]
 }
 
-/// A program, the calls of its functions, and what the device needs to repeat them.
+/// A program, calls of its functions, and the data that the device needs to repeat them.
 struct Run {
     prepared: Prepared,
     integrator: Integrator,
     tables: Tables,
     library: String,
     program: Program,
-    /// By the names that functions have in WGSL.
+    /// The functions by their names in WGSL.
     calls: BTreeMap<String, Calls>,
 }
 
-/// The letters and digits of a name, by which the names of one function in Rust and in WGSL agree.
+/// The letters and digits of a name, which are the same in Rust and in WGSL.
 fn letters(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
@@ -100,7 +99,7 @@ impl Run {
         compare::compare(device, &self.library, &self.tables, &rows, function, &calls.kept, change)
     }
 
-    /// The text of a function and of all that it calls.
+    /// The text of a function and of all functions that it calls.
     fn whole_text(&self, function: &Signature) -> String {
         let is_called = |other: &&Signature| {
             other.name != function.name && function.text.contains(&format!("{}(", other.name))
@@ -111,7 +110,7 @@ impl Run {
 }
 
 #[test]
-fn every_recorded_function_gives_what_it_gives_on_a_lane() {
+fn every_recorded_function_agrees_with_a_lane() {
     let Some(device) = device() else { return };
     let (mut done, mut met) = (HashSet::new(), BTreeSet::new());
     let (mut all, mut refused) = (BTreeSet::new(), Vec::new());
@@ -122,7 +121,7 @@ fn every_recorded_function_gives_what_it_gives_on_a_lane() {
             all.insert(function.name.clone());
             let Some(calls) = run.calls.get(&function.name) else { continue };
             met.insert(function.name.clone());
-            // Enough of what was compared is not compared again in the same scene.
+            // Functions with enough compared calls are not compared again in the same scene.
             if calls.kept.len() >= 500 && !done.insert((scene.entities.len(), run.whole_text(function))) {
                 continue;
             }
@@ -134,7 +133,7 @@ fn every_recorded_function_gives_what_it_gives_on_a_lane() {
         }
     }
     assert_eq!(refused, Vec::<String>::new());
-    // The broken material gives what is no number; tests of rejected samples hold it.
+    // The broken material returns NaN; tests of rejected samples cover it.
     let never: Vec<_> = all.difference(&met).filter(|name| !name.starts_with("broken_")).collect();
     assert!(never.is_empty(), "no scene calls {never:?}");
 }
@@ -154,7 +153,7 @@ fn one_changed_operator_and_swapped_arguments_are_noticed() {
         }
         println!("{what}: {changed} changed, unnoticed {unnoticed:?}");
         assert!(changed >= least, "only {changed} functions have {what} to change");
-        // An operator may stand where few calls come by.
+        // An operator may be in code that few calls reach.
         assert!(unnoticed.len() * 8 <= changed, "{what} of {unnoticed:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! Scenes of textures, under a picture, of dielectrics that overlap, and of modified materials, which the digests have too,
-//! and of groups.
+//! Scenes of textures, image-based light, overlapping dielectrics, modified materials, and groups, which the digests
+//! test, too.
 
 use super::scenes::{cylinder, disk, plane, quad, scene, sphere};
 use crate::scene::{
@@ -34,7 +34,7 @@ pub(super) fn gallery(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Rough metal, glass and matte balls on a floor, under a picture with a sun, beside a lamp.
+/// Rough metal, glass and matte spheres on a floor, under a picture with a sun, beside a lamp.
 pub(super) fn sunny(width: u32, height: u32) -> Scene {
     let of = |kind| Material { name: "a material".into(), kind, ..Material::default() };
     let matte = MatteParameters { reflectance: [0.6, 0.5, 0.4], roughness: 0.0 };
@@ -59,7 +59,7 @@ pub(super) fn sunny(width: u32, height: u32) -> Scene {
     Scene { images, environment_picture, ..scene(width, height, materials, entities) }
 }
 
-/// Dielectrics that absorb and overlap, with a lamp and a grey ball inside.
+/// Dielectrics with absorption that overlap, with a lamp and a grey sphere inside.
 pub(super) fn interiors(width: u32, height: u32) -> Scene {
     let emitting = |emission, entity| Entity { emission: [emission; 3], ..entity };
     let cuboid = |min, max, material| {
@@ -87,7 +87,7 @@ pub(super) fn interiors(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Every bounded shape in groups, on materials that look at uv and others.
+/// Every bounded shape in groups, with materials that use uv and others.
 pub(super) fn groups(width: u32, height: u32) -> Scene {
     let (materials, textures, images) = textured::textured_materials();
     let floor = plane([0.0, 0.0, 1.0], -1.8, 6);
@@ -98,7 +98,7 @@ pub(super) fn groups(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Materials that are mixed, have holes, other materials behind, and maps, on shapes of every kind.
+/// Materials with mixes, holes, back sides and maps, on shapes of every kind.
 pub(super) fn modified(width: u32, height: u32) -> Scene {
     let (materials, textures, images) = textured::modified_materials();
     let up = [0.0, 0.0, 4.5];

@@ -1,27 +1,27 @@
-//! The WGSL as naga reads it, against the host's layouts. No GPU is asked.
+//! The WGSL as parsed by naga, compared with the host's layouts. No GPU is used.
 
 use super::super::heap::Paging;
 use super::super::layout::{declarations, structures};
 use super::super::program;
 use super::super::tables::Tables;
-use super::super::variant::Plan;
+use super::super::variant::ProgramPlan;
 use super::{Prepared, scenes};
 use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
 
-/// The library of a program, and what only rendering needs, for a scene of everything.
+/// The library of a program, and the code for rendering, for a scene with everything.
 fn text(integrator: Integrator, sampler: Sampler, workgroup_size: u32) -> String {
     let scene = scenes::with(scenes::everything(16, 12), integrator, sampler);
     let prepared = Prepared::new(&scene, 0);
     let tables = Tables::new(&prepared.job()).unwrap();
-    program::text(&prepared.render, workgroup_size, &Plan::of_tables(&tables, Paging::ONE))
+    program::text(&prepared.render, workgroup_size, &ProgramPlan::of_tables(&tables, Paging::ONE))
 }
 
 fn parse(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)))
 }
 
-/// What is wrong with WGSL's structures in the host's eyes.
+/// Mismatches of WGSL structures with the host's.
 fn differences(source: &str) -> Vec<String> {
     let module = parse(source);
     let mut layouter = naga::proc::Layouter::default();
@@ -57,12 +57,12 @@ fn differences(source: &str) -> Vec<String> {
 }
 
 #[test]
-fn structures_lie_in_memory_as_the_host_lays_them() {
+fn structures_have_the_layout_of_the_host() {
     assert_eq!(differences(&text(Integrator::Path, Sampler::Sobol, 64)), Vec::<String>::new());
 }
 
 #[test]
-fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
+fn moved_renamed_and_missing_fields_are_detected() {
     let source = declarations();
     assert_eq!(differences(&source), Vec::<String>::new());
     for (right, wrong) in [

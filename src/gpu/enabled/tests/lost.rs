@@ -1,4 +1,4 @@
-//! A device that is lost while the CPU renders beside it.
+//! Loss of a device while the CPU renders beside it.
 
 use super::{GpuWorker, Prepared, device, scenes, splats};
 use crate::film::{Film, LayerSet, Layout};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 const SPP: u32 = 300;
 
-/// Renders with a CPU worker and a GPU worker that own equal shares. The device is lost after so many samples.
+/// Renders with a CPU worker and a GPU worker with equal shares. The device is lost after a number of samples.
 fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
     let device = device()?;
     let region = prepared.whole;
@@ -72,10 +72,10 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
     Some(outcome)
 }
 
-// What samples weigh in a pixel depends on their positions alone, and these are the same on both sides: with half of a
-// sample's weights the sums would not be those of a render that nothing happened to.
+// The weights of a sample depend only on its position, which is the same on both sides. With only part of a sample's
+// weights, the sums would differ from those of an uninterrupted render.
 #[test]
-fn a_continuous_film_has_all_of_a_sample_or_nothing() {
+fn a_continuous_film_holds_whole_samples_only() {
     let prepared = Prepared::new(&splats::continuous(scenes::cover(80, 60), splats::MITCHELL), 0);
     let all = u64::from(80 * 60 * SPP);
     let mut expected = None;
@@ -90,7 +90,7 @@ fn a_continuous_film_has_all_of_a_sample_or_nothing() {
 }
 
 #[test]
-fn the_cpu_carries_on_without_a_lost_device_and_nothing_is_missing() {
+fn the_cpu_finishes_the_work_of_a_lost_device() {
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let all = u64::from(80 * 60 * SPP);
     for lost_after in [0, all / 10, all / 3] {
@@ -98,7 +98,7 @@ fn the_cpu_carries_on_without_a_lost_device_and_nothing_is_missing() {
         assert!(outcome.failure.is_none() && outcome.whole);
         assert_eq!((outcome.totals.samples, outcome.totals.spp), (all, SPP));
         assert!((0..80 * 60).all(|place| outcome.film.seen(place) == u64::from(SPP)), "none twice");
-        // With others the device may have been done before it was lost.
+        // With others the device may have finished before it was lost.
         assert!(lost_after > 0 || !outcome.lost.is_empty());
         assert_eq!(outcome.made.iter().sum::<u64>(), all);
     }

@@ -1,10 +1,10 @@
-//! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
+//! The GPU compared with the CPU, on the adapter of this machine: in CI, Mesa's software renderer.
 
 mod functions;
 mod gallery;
-mod held;
 mod layouts;
 mod lost;
+mod partial_films;
 mod pictures;
 mod probe;
 mod probes;
@@ -16,16 +16,16 @@ mod trees;
 mod watched;
 mod words;
 
-// The verdicts that integrators are held to, from the tests of the whole.
+// The statistical tests of the integration tests.
 #[path = "../../../../tests/common/statistics.rs"]
-#[allow(dead_code, unreachable_pub, reason = "a kit of which each test uses its own part")]
+#[allow(dead_code, unreachable_pub, reason = "shared helpers; each test uses some of them")]
 mod statistics;
 #[path = "../../../../tests/common/tiles.rs"]
-#[allow(dead_code, unreachable_pub, reason = "a kit of which each test uses its own part")]
+#[allow(dead_code, unreachable_pub, reason = "shared helpers; each test uses some of them")]
 mod tiles;
 
 use super::device::Device;
-use super::program::{Program, Shape};
+use super::program::{DispatchLimits, Program};
 use super::worker::GpuWorker;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu::{GpuError, Job};
@@ -34,11 +34,11 @@ use crate::render::{Assignment, Payload, SampleBatch};
 use crate::sampling::Region;
 use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
-use crate::world::{CompiledScene, Finder, World, compile_sharing};
+use crate::world::{AcceleratorChoice, CompiledScene, World, compile_sharing};
 use crossbeam_channel::{bounded, unbounded};
 use std::sync::Arc;
 
-/// A device, or none on a machine without one, where that is allowed.
+/// A device; `None` on a machine without one, where that is allowed.
 fn device() -> Option<Device> {
     match Device::open(None) {
         Ok(device) => Some(device),
@@ -50,7 +50,7 @@ fn device() -> Option<Device> {
     }
 }
 
-/// A scene, compiled, with what a job borrows.
+/// A compiled scene, with the data that a job borrows.
 struct Prepared {
     scene: CompiledScene,
     world: Arc<World>,
@@ -63,16 +63,16 @@ struct Prepared {
 impl Prepared {
     fn new(scene: &Scene, seed: u32) -> Prepared {
         let (width, height) = (scene.film.width, scene.film.height);
-        // What stands twice is shared, however small.
+        // Meshes with two copies are shared, however small.
         let (compiled, surfaces) = compile_sharing(scene, width, height, 0).unwrap();
-        let world = Arc::new(World::new(&surfaces, Finder::Fastest));
+        let world = Arc::new(World::new(&surfaces, AcceleratorChoice::Fastest));
         let render = RenderSettings { seed, ..scene.render.clone() };
         let offset = film_offset(&scene.film);
         let splatter = Weights::of(&scene.film).map(|weights| Splatter::new(weights, [0, 0]));
         Prepared { scene: compiled, world, render, offset, splatter, whole: Region::whole(width, height) }
     }
 
-    /// What the GPU renders, on the CPU.
+    /// Renders the GPU's job on the CPU.
     fn on_cpu(&self) -> Box<dyn Integrator> {
         integrator::build(&self.render, self.offset, self.scene.clone().into(), Arc::clone(&self.world))
     }
@@ -91,7 +91,7 @@ impl Prepared {
     }
 }
 
-/// Carries out orders on a worker.
+/// Executes orders on a worker.
 fn carry_out(worker: &mut GpuWorker, orders: &[impl Clone + Into<Assignment>]) -> Vec<SampleBatch> {
     let (orders_out, orders_in) = bounded(orders.len());
     for order in orders {
@@ -104,7 +104,7 @@ fn carry_out(worker: &mut GpuWorker, orders: &[impl Clone + Into<Assignment>]) -
     batches.iter().collect()
 }
 
-/// What the film would hold of a pixel.
+/// The totals of a pixel on the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Total {
     rgb: [i128; 3],
@@ -113,7 +113,7 @@ struct Total {
     rejected: u32,
 }
 
-/// Adds batches of sums up, place by place of a region of so many.
+/// Adds batches of sums by pixel, for a region of this many pixels.
 fn totals(batches: &[SampleBatch], len: u32) -> Vec<Total> {
     let mut totals = vec![Total::default(); len as usize];
     for batch in batches {

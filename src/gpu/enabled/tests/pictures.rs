@@ -1,16 +1,16 @@
-//! The same picture as the CPU's, by statistics: different seeds on the two sides.
+//! Images of the GPU and the CPU, compared statistically with different seeds.
 //!
-//! Verdicts fall as integrators' do among themselves, at the level stated in `tests/common/tiles.rs`, once for
-//! all comparisons of a test. As the seeds are fixed, a test that passes passes again on the same device.
+//! The tests are those for integrators, at the level stated in `tests/common/tiles.rs`, once for all comparisons of a
+//! test. As seeds are fixed, results are reproducible on one device.
 
 use super::gallery::{gallery, groups, interiors, modified, sunny};
 use super::tiles::{Replicates, Verdict, welch};
-use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
+use super::{Device, DispatchLimits, GpuWorker, Prepared, Program, carry_out, device, scenes};
 
 use crate::gpu::Job;
 use crate::gpu::enabled::program;
 use crate::gpu::enabled::tables::Tables;
-use crate::gpu::enabled::variant::Plan;
+use crate::gpu::enabled::variant::ProgramPlan;
 use crate::integrator::Paths;
 use crate::math::lanes::Level;
 use crate::render::{Order, Payload, Stride};
@@ -20,10 +20,10 @@ use std::path::Path;
 const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
 const SAMPLERS: [Sampler; 2] = [Sampler::Independent, Sampler::Sobol];
 
-/// A scene's seeds: its replicates on the CPU have those from its own on, those on the GPU lie so much farther.
+/// The seeds of a scene: replicates on the CPU start at its own seed, those on the GPU at this offset from it.
 const APART: u32 = 100_000;
 
-/// Tells the sums of the samples of each pixel, in parts.
+/// Sums of the samples of each pixel, in parts.
 fn sums_on_cpu(prepared: &Prepared, samples: u32, take: &mut dyn FnMut(u32, [f64; 3])) {
     let level = Level::from_environment().unwrap();
     let pixels: Vec<_> = (0..prepared.whole.len()).map(|place| prepared.whole.pixel(place)).collect();
@@ -60,7 +60,7 @@ fn on_cpu(scene: &Scene, samples: u32) -> Replicates {
 fn on_gpu(device: &Device, program: &Program, scene: &Scene, samples: u32) -> Replicates {
     let prepared = Prepared::new(scene, 0);
     let job = prepared.job();
-    // Recording the program takes longer than a replicate, and a seed is a number of the scene.
+    // Recording the program takes longer than a replicate, and the seed is only a number of the scene.
     let mut tables = Tables::new(&job).unwrap();
     Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
         tables.scene.seed = scene.render.seed + APART + replicate;
@@ -68,27 +68,27 @@ fn on_gpu(device: &Device, program: &Program, scene: &Scene, samples: u32) -> Re
     })
 }
 
-/// What a scene asks of its program.
-fn plan(device: &Device, scene: &Scene) -> Plan {
-    Plan::of(device, &Tables::new(&Prepared::new(scene, 0).job()).unwrap()).unwrap()
+/// The plan of a scene's program.
+fn plan(device: &Device, scene: &Scene) -> ProgramPlan {
+    ProgramPlan::of(device, &Tables::new(&Prepared::new(scene, 0).job()).unwrap()).unwrap()
 }
 
 fn compiled(device: &Device, scene: &Scene) -> Program {
-    Program::new(device, &scene.render, Shape::of(device), plan(device, scene)).unwrap()
+    Program::new(device, &scene.render, DispatchLimits::of(device), plan(device, scene)).unwrap()
 }
 
-/// The program with the first of each pair replaced by the second.
+/// The program with the first string of each pair replaced by the second.
 fn changed(device: &Device, scene: &Scene, replaced: &[(&str, &str)]) -> Program {
-    let (shape, plan) = (Shape::of(device), plan(device, scene));
-    let text = program::text(&scene.render, shape.workgroup_size, &plan);
+    let (dispatch_limits, plan) = (DispatchLimits::of(device), plan(device, scene));
+    let text = program::text(&scene.render, dispatch_limits.workgroup_size, &plan);
     let changed = replaced.iter().fold(text, |text, (right, wrong)| {
         assert!(text.contains(right), "{right:?} is not in the program");
         text.replacen(right, wrong, 1)
     });
-    Program::from_source(device, &changed, shape, plan).unwrap()
+    Program::from_source(device, &changed, dispatch_limits, plan).unwrap()
 }
 
-/// The scenes that come with the program, small.
+/// The scenes of the repository, at a small size.
 pub(super) fn shipped() -> Vec<(String, Scene)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
@@ -102,7 +102,7 @@ pub(super) fn shipped() -> Vec<(String, Scene)> {
     files.iter().map(|path| small(path)).collect()
 }
 
-/// Holds every scene × integrator × sampler against the CPU.
+/// Compares every scene × integrator × sampler with the CPU.
 fn hold_all(scenes: &[(String, Scene)], integrators: &[Integrator], samples: u32) {
     hold(scenes, integrators, &SAMPLERS, samples);
 }
@@ -143,27 +143,27 @@ fn hold(scenes: &[(String, Scene)], integrators: &[Integrator], samplers: &[Samp
         }
     }
     assert_eq!(refused, Vec::<String>::new());
-    // A scene that shows nothing would agree with anything.
+    // An empty scene would agree with anything.
     assert!(tiles > 12 * comparisons, "only {tiles} tiles have anything in them");
 }
 
 #[test]
-fn every_scene_is_the_same_picture_with_every_integrator_and_sampler() {
+fn every_scene_agrees_with_every_integrator_and_sampler() {
     let scenes = shipped();
     assert!(scenes.len() >= 12);
     hold_all(&scenes, &INTEGRATORS, 4);
 }
 
 #[test]
-fn what_no_scene_has_is_the_same_picture() {
-    // Large spheres: an offset of nothing would let rays meet the wall that they leave.
+fn features_without_a_scene_agree() {
+    // Large spheres: with a zero offset, rays would hit the wall that they leave.
     let scenes = [
         ("bazaar", scenes::bazaar(48, 32)),
         ("large spheres", scenes::large_spheres(48, 32)),
         ("lamps", scenes::lamps(48, 32)),
     ];
     hold_all(&scenes.map(|(name, scene)| (name.to_owned(), scene)), &INTEGRATORS, 16);
-    // Of lamps that stand on the floor and shades around lamps, `whitted` has a variance that may be infinite.
+    // With lamps on the floor and shades around lamps, the variance of `whitted` may be infinite.
     let mut shop = scenes::shop(48, 32);
     hold_all(&[("shop".to_owned(), shop.clone())], &[Integrator::Path, Integrator::PathNaive], 16);
     shop.entities[2..].iter_mut().for_each(|entity| entity.emission = [0.0; 3]);
@@ -171,48 +171,48 @@ fn what_no_scene_has_is_the_same_picture() {
 }
 
 #[test]
-fn textures_are_the_same_picture() {
+fn textures_agree() {
     hold_one("gallery", gallery(48, 32), &INTEGRATORS, 6);
 }
 
 #[test]
-fn an_environment_picture_is_the_same_picture() {
+fn an_environment_map_agrees() {
     hold_one("sunny", sunny(48, 32), &INTEGRATORS, 8);
 }
 
 #[test]
-fn overlapping_dielectrics_are_the_same_picture() {
+fn overlapping_dielectrics_agree() {
     hold_one("interiors", interiors(48, 32), &INTEGRATORS, 6);
 }
 
 #[test]
-fn mixes_holes_and_maps_are_the_same_picture() {
+fn mixes_holes_and_maps_agree() {
     hold_one("modified", modified(48, 32), &[Integrator::Path, Integrator::Whitted], 6);
 }
 
 #[test]
-fn meshes_and_what_is_in_the_tree_are_the_same_picture() {
+fn meshes_and_trees_agree() {
     let scenes = [("crowd", scenes::crowd(48, 32)), ("copies", scenes::copies(48, 32))];
     assert!(Prepared::new(&scenes[1].1, 0).scene.surfaces.instances().is_some_and(|all| all.len() == 5));
     let scenes = scenes.map(|(name, scene)| (name.to_owned(), scene));
     hold_all(&scenes, &[Integrator::Path, Integrator::PathNaive], 8);
-    // `whitted` samples every light at every point, and of those near a point it chooses a random point with a variance
-    // that may be infinite.
+    // `whitted` samples every light at every point; for lights near the point, the variance of a random point on them
+    // may be infinite.
     let few_lamps = ("few lamps".to_owned(), scenes::crowd_with_few_lamps(48, 32));
     let of_triangles = ("lamps of many triangles".to_owned(), scenes::lamps_of_triangles(48, 32));
     hold_all(&[few_lamps, of_triangles], &[Integrator::Whitted], 8);
 }
 
 #[test]
-fn groups_are_the_same_picture() {
+fn groups_agree() {
     let scene = groups(48, 32);
-    // Five places of seven shapes, and at each of them a lamp.
+    // Five instances of seven shapes, each with a lamp.
     assert!(Prepared::new(&scene, 0).scene.surfaces.instances().is_some_and(|all| all.of_groups() == 5));
     hold_all(&[("groups".to_owned(), scene)], &[Integrator::Path], 6);
 }
 
 #[test]
-fn paths_without_a_limit_are_the_same_picture() {
+fn paths_without_a_depth_limit_agree() {
     let Some(device) = device() else { return };
     let mut scene = scenes::with(scenes::lamps(48, 32), Integrator::Path, Sampler::Sobol);
     scene.render.max_depth = UNLIMITED;
@@ -220,14 +220,14 @@ fn paths_without_a_limit_are_the_same_picture() {
     let theirs = on_gpu(&device, &compiled(&device, &scene), &scene, 8);
     let verdict = welch(&ours, &theirs);
     assert!(verdict.agrees(1), "{verdict}");
-    // Negative control: two bounces and no more.
+    // Negative control: at most two bounces.
     scene.render.max_depth = 2;
     let short = on_gpu(&device, &compiled(&device, &scene), &scene, 8);
     let verdict = welch(&ours, &short);
     assert!(!verdict.agrees(1), "{verdict}");
 }
 
-/// The verdict on a program with `right` replaced by `wrong`.
+/// The result of the comparison for a program with `right` replaced by `wrong`.
 fn verdict_on(scene: &Scene, samples: u32, right: &str, wrong: &str) -> Option<Verdict> {
     let device = device()?;
     let program = changed(&device, scene, &[(right, wrong)]);
@@ -237,7 +237,7 @@ fn verdict_on(scene: &Scene, samples: u32, right: &str, wrong: &str) -> Option<V
 }
 
 #[test]
-fn one_changed_constant_is_noticed() {
+fn changed_constants_are_detected() {
     use Integrator::{Path, PathNaive, Whitted};
     use Sampler::{Independent, Sobol};
     let mut unnoticed = Vec::new();
@@ -246,7 +246,7 @@ fn one_changed_constant_is_noticed() {
     let (crowd, copies) = (scenes::crowd(48, 32), scenes::copies(48, 32));
     let (shop, of_triangles) = (scenes::shop(48, 32), scenes::lamps_of_triangles(48, 32));
     let grouped = groups(48, 32);
-    // Fewer samples where an error is large enough to be plain with them.
+    // Fewer samples where the error is large.
     for (scene, integrator, sampler, samples, right, wrong) in [
         (
             &cover,
@@ -256,21 +256,21 @@ fn one_changed_constant_is_noticed() {
             "vec3f(-wo.x, -wo.y, wo.z), lobe.reflectance",
             "vec3f(-wo.x, -wo.y, wo.z), lobe.reflectance * 0.5f",
         ),
-        // An offset of nothing lets rays meet the wall that they leave.
+        // With a zero offset, rays hit the wall that they leave.
         (&large, PathNaive, Sobol, 4, "copysign(at.point.error, dot(at.point.n, d))", "0.0f"),
         (&cover, Whitted, Sobol, 4, "lobe.reflectance * 0.31830987f", "lobe.reflectance * 0.3f"),
         (&bazaar, Whitted, Independent, 16, "1.0f / light_sample.pdf", "0.9f / light_sample.pdf"),
-        // A light is asked with one chance and weighed with another.
-        (&cover, Path, Sobol, 16, "= light_choice.chance;", "= 0.9f * light_choice.chance;"),
+        // A light is sampled with one probability and weighted with another.
+        (&cover, Path, Sobol, 16, "= light_choice.pmf;", "= 0.9f * light_choice.pmf;"),
         (&lamps, Path, Independent, 16, "row.place, false)", "0u, false)"),
         (&lamps, Path, Sobol, 4, "1.0f / roulette_2.chance", "0.8f / roulette_2.chance"),
         (&cover, Path, Independent, 16, "* 5.9604645e-8f", "* 4.8e-8f"),
-        // Triangles' lights are asked with one density and weighed with another.
+        // Triangle lights are sampled with one density and weighted with another.
         (&crowd, Path, Sobol, 16, "triangle_weights(u)", "triangle_weights(u * 0.7f)"),
         (&shop, Path, Independent, 16, "dot(at, at) <= 1.0", "dot(at, at) <= 0.8"),
-        // A lamp's triangle is asked with one chance and weighed with another.
-        (&of_triangles, Whitted, Independent, 16, "chance = chosen.chance;", "chance = 0.9 * chosen.chance;"),
-        // Light scatters around other normals than the vertices say.
+        // A triangle of a mesh light is sampled with one probability and weighted with another.
+        (&of_triangles, Whitted, Independent, 16, "pmf = chosen.pmf;", "pmf = 0.9 * chosen.pmf;"),
+        // Shading normals differ from those of the vertices.
         (
             &crowd,
             PathNaive,
@@ -279,7 +279,7 @@ fn one_changed_constant_is_noticed() {
             "return MeshVertex(bitcast<vec3f>(w0.xyz)",
             "return MeshVertex(bitcast<vec3f>(w0.xyz) + vec3f(0.3, 0.0, 0.0)",
         ),
-        // What waits on the way up is forgotten.
+        // Pending nodes are lost on the way up.
         (
             &crowd,
             PathNaive,
@@ -288,9 +288,9 @@ fn one_changed_constant_is_noticed() {
             "waiting = trail.newest.x & 255u;",
             "waiting = trail.newest.x & 15u;",
         ),
-        // Rays that come back from a mesh forget that they are in the world again.
+        // Rays that leave a mesh's space are not transformed back.
         (&copies, PathNaive, Sobol, 4, "ray = world_ray;\n                probe", "probe"),
-        // Spheres take the directions of rays in groups for ones of length one.
+        // In groups, spheres assume directions of unit length.
         (
             &grouped,
             PathNaive,
@@ -310,15 +310,15 @@ fn one_changed_constant_is_noticed() {
 }
 
 #[test]
-fn branches_that_cannot_wait_are_drawn_by_chance_without_a_bias() {
+fn branches_beyond_the_limit_are_chosen_at_random_without_bias() {
     let Some(device) = device() else { return };
     let scene = scenes::with(scenes::bazaar(48, 32), Integrator::Whitted, Sampler::Sobol);
     let ours = on_cpu(&scene, 32);
     let program = changed(&device, &scene, &[("< MOST_BRANCHES", "< 1u")]);
     let verdict = welch(&ours, &on_gpu(&device, &program, &scene, 32));
     assert!(verdict.agrees(1), "{verdict}");
-    // Negative control: drawn by another chance than it is weighted for.
-    let wrong = [("< MOST_BRANCHES", "< 1u"), ("choice >= ways.first.chance;", "choice >= 0.5;")];
+    // Negative control: the probability differs from the weight.
+    let wrong = [("< MOST_BRANCHES", "< 1u"), ("choice >= ways.first.probability;", "choice >= 0.5;")];
     let program = changed(&device, &scene, &wrong);
     let verdict = welch(&ours, &on_gpu(&device, &program, &scene, 32));
     assert!(!verdict.agrees(1), "{verdict}");

@@ -1,24 +1,23 @@
-//! Lines of WGSL on a device, for many inputs at once.
+//! Runs a few lines of WGSL on a device, for many inputs at once.
 
 use super::super::heap;
 use super::super::layout::WaitingBranch;
 use super::super::program::library;
 use super::super::tables::Tables;
-use super::super::variant::{Plan, Variant};
+use super::super::variant::{ProgramPlan, ProgramVariant};
 use super::Device;
 use crate::scene::Integrator;
 use wgpu::util::DeviceExt;
 
-/// The library that tables are made for.
+/// The library for some tables.
 pub(super) fn library_for(device: &Device, tables: &Tables, integrator: Integrator) -> String {
-    let plan = Plan::of(device, tables).unwrap();
-    // How numbers are drawn the recorded functions say.
-    library(&Variant { integrator, workgroup_size: 64, plan })
+    let plan = ProgramPlan::of(device, tables).unwrap();
+    // The recorded functions define the random numbers.
+    library(&ProgramVariant { integrator, workgroup_size: 64, plan })
 }
 
-/// Runs a few lines of WGSL on the device for each input. They read words with `word(i)`, floats with
-/// `float(i)` and three floats with `float3(i)`, and write words with `put(i, …)`. The tables are those of a path
-/// tracer.
+/// Runs a few lines of WGSL on the device for each input. They read words with `word(i)`, floats with `float(i)` and
+/// three floats with `float3(i)`, and write words with `put(i, …)`. The tables are those of a path tracer.
 pub(super) fn probe<const IN: usize, const OUT: usize>(
     device: &Device,
     lines: &str,
@@ -30,7 +29,7 @@ pub(super) fn probe<const IN: usize, const OUT: usize>(
     words.chunks_exact(OUT).map(|chunk| chunk.try_into().unwrap()).collect()
 }
 
-/// The same with a library of one's own, for inputs and outputs of so many words each.
+/// The same with a given library, for inputs and outputs of given numbers of words.
 pub(super) fn run(
     device: &Device,
     library: &str,
@@ -55,7 +54,7 @@ fn put_float3(i: u32, v: vec3f) {{ put_float(i, v.x); put_float(i + 1u, v.y); pu
 fn probe(@builtin(global_invocation_id) id: vec3u) {{
     at = id.x;
     if at < {count}u {{
-        // Every buffer is named, so that the layout has them all.
+        // Every buffer is named, so that the layout contains all of them.
         let all = scene.seed + heap_word(0u).x + arrayLength(&branches) + arrayLength(&inputs);
         if all == 0u {{ return; }}
         {lines}
@@ -75,7 +74,11 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
         let scene = init(bytemuck::bytes_of(&tables.scene()), wgpu::BufferUsages::UNIFORM | storage);
         let branches = init(bytemuck::bytes_of(&WaitingBranch::default()), storage);
         let mut buffers = vec![scene, branches];
-        buffers.extend(heap::upload(gpu, &tables.sections(), Plan::of(device, tables).unwrap().paging));
+        buffers.extend(heap::upload(
+            gpu,
+            &tables.sections(),
+            ProgramPlan::of(device, tables).unwrap().paging,
+        ));
         let written = empty(storage | wgpu::BufferUsages::COPY_SRC);
         let read = empty(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
         let io = [init(bytemuck::cast_slice(inputs), storage), written.clone()];

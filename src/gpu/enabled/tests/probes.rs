@@ -1,5 +1,5 @@
-//! The functions that are written by hand, against the CPU's scalar code, over thousands of inputs. Those that are
-//! recorded are in `functions`.
+//! The hand-written functions, compared with the CPU's scalar code for thousands of inputs. Recorded functions are in
+//! `functions`.
 
 mod lights;
 
@@ -20,7 +20,7 @@ use crate::world::SurfaceTable;
 use glam::DVec3;
 use rand::RngExt;
 
-/// Tables of a scene with nearly nothing in it, for probes that read no table or have their own.
+/// Tables of a minimal scene, for probes that read no table or have their own.
 fn nothing() -> Tables {
     Tables::new(&Prepared::new(&scenes::beacon([1.0; 3]), 7).job()).unwrap()
 }
@@ -33,7 +33,7 @@ fn simple<const IN: usize, const OUT: usize>(
     probe(device, lines, inputs, &nothing())
 }
 
-/// Words that look random and are the same in every run.
+/// Pseudorandom words, the same in every run.
 fn words<const N: usize>(count: u32) -> Vec<[u32; N]> {
     let word = |i: u32, j: usize| pcg4d::<f32>([i, j as u32, 11, 5].map(Wrapping))[0].0;
     (0..count).map(|i| std::array::from_fn(|j| word(i, j))).collect()
@@ -53,7 +53,7 @@ pub(super) fn close(got: u32, expected: f32, bound: f32, at: &dyn std::fmt::Debu
     assert!((got - expected).abs() <= bound, "{got} is not {expected} at {at:?}");
 }
 
-/// Within so many units in the last place of one: WGSL's roots and quotients may be off by a few.
+/// Within some ulp of one: WGSL's roots and quotients may be off by a few ulp.
 pub(super) const ULP: f32 = f32::EPSILON / 2.0;
 
 fn vec3([x, y, z]: [f32; 3]) -> Vec3<f32> {
@@ -71,7 +71,7 @@ fn places() -> Vec<[f32; 9]> {
 }
 
 #[test]
-fn streams_have_the_same_bits() {
+fn streams_are_identical() {
     let Some(device) = device() else { return };
     let scene = scenes::with(scenes::beacon([1.0; 3]), Integrator::Whitted, Sampler::Sobol);
     let tables = Tables::new(&Prepared::new(&scene, 7).job()).unwrap();
@@ -89,7 +89,7 @@ fn streams_have_the_same_bits() {
 }
 
 #[test]
-fn shapes_are_met_where_the_cpu_meets_them() {
+fn hits_on_shapes_agree() {
     let Some(device) = device() else { return };
     let plane = Plane { normal: [0.48, -0.6, 0.64], distance: -1.5 };
     let sphere = Sphere::new(glam::DVec3::new(0.5, -1.0, 2.0), 1.75);
@@ -97,7 +97,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
     let disk = Disk::new(DVec3::new(0.5, 0.2, -1.0), DVec3::new(0.36, 0.48, 0.8), 2.5);
     let cylinder = Cylinder::new(DVec3::new(-2.0, 1.0, -1.0), DVec3::new(1.0, 2.5, 1.0), 1.2);
     let mut table = SurfaceTable::default();
-    let look = crate::world::Look {
+    let attributes = crate::world::SurfaceAttributes {
         emission_texture: crate::texture::NO_TEXTURE,
         material: 0,
         emission: [0.0; 3],
@@ -106,7 +106,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         light: crate::light::NO_LIGHT,
     };
     for form in [plane.surface(), sphere.surface(), quad.surface(), disk.surface(), cylinder.surface()] {
-        table.push(form, look);
+        table.push(form, attributes);
     }
     let surfaces = surface_rows(&table, &SurfaceColumns::new(&table).unwrap()).packed();
     let mut inputs = Vec::new();
@@ -116,9 +116,9 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         inputs.push([o[0], o[1], o[2], d.x, d.y, d.z]);
     }
     let lines = "let ray = Ray(float3(0u), float3(3u), 0.0);
-        let kinds = array<u32, 5>(PLANES, SPHERES, QUADS, RARE, RARE);
+        let kinds = array<u32, 5>(PLANES, SPHERES, QUADS, CUSTOM, CUSTOM);
         for (var i = 0u; i < 5u; i++) { put_float(i, surface_intersect(kinds[i], surface_at(i), ray)); }";
-    let scene = Scene { rare_end: 5, ..nothing().scene };
+    let scene = Scene { custom_end: 5, ..nothing().scene };
     let tables = Tables { surfaces, scene, ..nothing() };
     let outputs = probe::<6, 5>(&device, lines, &bits(&inputs), &tables);
     let (mut met, mut doubtful) = ([0; 5], 0);
@@ -142,7 +142,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
                 continue;
             }
             met[i] += 1;
-            // The condition of the problem: how a rounding along the surface shows along the ray.
+            // The condition number of the problem: the effect of a rounding along the surface on the distance.
             let hit = crate::world::Hit {
                 t: expected[i],
                 surface: Wrapping(i as u32),
@@ -159,9 +159,9 @@ fn shapes_are_met_where_the_cpu_meets_them() {
 }
 
 #[test]
-fn radiance_is_rounded_to_the_same_integers() {
+fn radiance_is_rounded_identically() {
     let Some(device) = device() else { return };
-    // Floats of every exponent from far below the quantum to the brightest, ties included.
+    // Floats of every exponent from far below the quantum to the largest, including ties.
     let mut inputs: Vec<[u32; 3]> =
         words::<3>(20_000).into_iter().map(|w| w.map(|w| w % (MAX_RADIANCE.to_bits() + 1))).collect();
     for power in -40..28 {
@@ -197,7 +197,7 @@ fn radiance_is_rounded_to_the_same_integers() {
 }
 
 #[test]
-fn what_is_no_radiance_is_told_by_its_bits() {
+fn invalid_radiance_is_detected_by_its_bits() {
     let Some(device) = device() else { return };
     let odd = [
         f32::NAN,

@@ -1,10 +1,10 @@
-//! The programs that are recorded, without a device.
+//! Recorded programs, without a device.
 
 use super::super::heap::Paging;
 use super::super::program;
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
-use super::super::variant::Plan;
+use super::super::variant::ProgramPlan;
 use super::gallery::{gallery, groups, interiors, modified, sunny};
 use super::pictures::shipped;
 use super::{Prepared, scenes};
@@ -14,7 +14,7 @@ use wgpu::naga;
 
 const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
 
-/// The recorded functions of a scene's program, all calls of which are compared.
+/// The recorded functions of a scene's program, with all calls compared.
 fn recorded(scene: &Scene) -> String {
     let prepared = Prepared::new(scene, 0);
     let settings = Settings::new(&prepared.render, prepared.offset);
@@ -26,7 +26,7 @@ fn recorded(scene: &Scene) -> String {
 fn validate(scene: &Scene) {
     let prepared = Prepared::new(scene, 0);
     let tables = Tables::new(&prepared.job()).unwrap();
-    let source = program::text(&prepared.render, 64, &Plan::of_tables(&tables, Paging::ONE));
+    let source = program::text(&prepared.render, 64, &ProgramPlan::of_tables(&tables, Paging::ONE));
     let module = naga::front::wgsl::parse_str(&source)
         .unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
     let (flags, capabilities) = (naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
@@ -36,7 +36,7 @@ fn validate(scene: &Scene) {
 }
 
 #[test]
-fn every_scene_has_a_valid_program_without_two_functions_of_one_name() {
+fn every_scene_has_a_valid_program_with_unique_functions() {
     let others = [
         scenes::cover(16, 12),
         scenes::bazaar(16, 12),
@@ -80,7 +80,7 @@ fn a_program_depends_on_the_structure_of_a_scene_and_not_on_its_numbers() {
         other.lights.push(other.lights[0].clone());
         assert_eq!(recorded(&other), text, "{integrator:?}");
 
-        // Negative controls: a structure that is another one.
+        // Negative controls: another structure.
         let mut pinhole = scene.clone();
         pinhole.camera.aperture_radius = 0.0;
         let mut filtered = scene.clone();

@@ -1,16 +1,16 @@
-//! The worker's part in the conversation.
+//! The worker's side of the protocol.
 
 use super::super::program;
 use super::super::tables::Tables;
-use super::super::variant::Plan;
-use super::{Prepared, Program, Shape, carry_out, device, scenes, totals};
+use super::super::variant::ProgramPlan;
+use super::{DispatchLimits, Prepared, Program, carry_out, device, scenes, totals};
 use crate::gpu::{Device, GpuError, GpuWorker, Job};
 use crate::render::{Order, Payload, Stride};
 use crate::sampling::Region;
 use crossbeam_channel::{bounded, unbounded};
 
 #[test]
-fn every_order_ends_with_the_batch_that_completes_it() {
+fn every_order_ends_with_a_completing_batch() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let mut worker = GpuWorker::new(&device, &Job { index: 3, ..prepared.job() }).unwrap();
@@ -39,7 +39,7 @@ fn a_worker_without_pixels_completes_its_orders() {
 }
 
 #[test]
-fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
+fn a_worker_stops_when_the_batch_channel_closes_and_can_restart() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
@@ -47,25 +47,26 @@ fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
     orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }.into()).unwrap();
     let (batches_out, batches) = bounded(1);
     drop(batches);
-    // The order channel stays open: only the batches say that it is over.
+    // The order channel stays open: only the batch channel ends the run.
     assert_eq!(worker.run(&orders_in, &batches_out), Ok(()));
     let again = carry_out(&mut worker, &[Order { stride: Stride::ALL, first: 0, end: 2 }]);
     assert_eq!(again.iter().map(|batch| batch.paths).sum::<u64>(), 80 * 60 * 2);
 }
 
-/// A worker whose driver ends loops where `condition` does not hold.
+/// A worker whose driver ends loops where `condition` is false.
 fn cut_short(device: &Device, prepared: &Prepared, job: &Job<'_>, condition: &str) -> GpuWorker {
-    let (tables, shape) = (Tables::new(job).unwrap(), Shape { workgroups: 2, ..Shape::of(device) });
-    let plan = Plan::of(device, &tables).unwrap();
-    let text = program::text(&prepared.render, shape.workgroup_size, &plan);
+    let (tables, dispatch_limits) =
+        (Tables::new(job).unwrap(), DispatchLimits { workgroups: 2, ..DispatchLimits::of(device) });
+    let plan = ProgramPlan::of(device, &tables).unwrap();
+    let text = program::text(&prepared.render, dispatch_limits.workgroup_size, &plan);
     let changed = text.replacen("return turns == 2u;", &format!("return {condition};"), 1);
-    assert_ne!(changed, text, "the program does not ask");
-    let program = Program::from_source(device, &changed, shape, plan).unwrap();
+    assert_ne!(changed, text, "the program lacks the check");
+    let program = Program::from_source(device, &changed, dispatch_limits, plan).unwrap();
     GpuWorker::with_program(device, job, &tables, program).unwrap()
 }
 
 #[test]
-fn what_a_driver_ends_too_soon_is_done_again_in_parts() {
+fn interrupted_dispatches_are_repeated_in_parts() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let orders = [(0, 7), (7, 40)].map(|(first, end)| Order { stride: Stride::ALL, first, end });
@@ -74,7 +75,7 @@ fn what_a_driver_ends_too_soon_is_done_again_in_parts() {
     for few in [
         "dispatch.samples <= 3u",
         "dispatch.samples <= 1u && dispatch.slots <= dispatch.invocations",
-        // In a part of the picture.
+        // In a part of the image.
         "dispatch.samples <= 5u || dispatch.first_slot < 700u",
     ] {
         let mut worker = cut_short(&device, &prepared, &prepared.job(), few);
@@ -98,7 +99,7 @@ fn what_a_driver_ends_too_soon_is_done_again_in_parts() {
 }
 
 #[test]
-fn what_is_ended_too_soon_is_done_again_also_when_no_more_orders_come() {
+fn interrupted_dispatches_are_repeated_after_the_last_order() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(16, 12), 0);
     // One dispatch, after which the channel is closed.
@@ -125,8 +126,8 @@ fn a_driver_that_ends_every_loop_is_an_error() {
 }
 
 #[test]
-fn many_samples_of_few_pixels_are_those_of_many_short_runs() {
-    // Long enough for llvmpipe to end loops: 65,535 turns.
+fn many_samples_of_few_pixels_equal_many_short_runs() {
+    // Enough for llvmpipe to end loops: 65,535 iterations.
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::crowd(4, 2), 0);
     let render = |orders: &[Order]| {
@@ -137,10 +138,10 @@ fn many_samples_of_few_pixels_are_those_of_many_short_runs() {
         (0..300).map(|i| Order { stride: Stride::ALL, first: i * 10, end: (i + 1) * 10 }).collect();
     assert_eq!(at_once, render(&short));
     assert!(at_once.iter().all(|total| total.count == 3000));
-    // What a program makes that does not ask; the driver decides whether that is wrong.
+    // The result of a program without the check; the driver decides whether it is wrong.
     let orders = [Order { stride: Stride::ALL, first: 0, end: 3000 }];
     let blind = carry_out(&mut cut_short(&device, &prepared, &prepared.job(), "true"), &orders);
-    println!("without asking the sums are the same: {}", totals(&blind, 8) == at_once);
+    println!("without the check the sums are the same: {}", totals(&blind, 8) == at_once);
 }
 
 #[test]
@@ -157,23 +158,24 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
 }
 
 #[test]
-fn a_broken_program_is_an_error_that_says_where() {
+fn an_invalid_program_is_an_error_with_its_location() {
     let Some(device) = device() else { return };
-    let (shape, prepared) = (Shape::of(&device), Prepared::new(&scenes::beacon([1.0; 3]), 0));
-    let plan = Plan::of(&device, &Tables::new(&prepared.job()).unwrap()).unwrap();
+    let (dispatch_limits, prepared) =
+        (DispatchLimits::of(&device), Prepared::new(&scenes::beacon([1.0; 3]), 0));
+    let plan = ProgramPlan::of(&device, &Tables::new(&prepared.job()).unwrap()).unwrap();
     let source = "@compute @workgroup_size(1) fn trace_slots() { let x: u32 = 1.5; }";
-    let result = Program::from_source(&device, source, shape, plan);
-    let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
+    let result = Program::from_source(&device, source, dispatch_limits, plan);
+    let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was accepted") };
     assert!(message.contains("1.5"), "{message}");
 }
 
 #[test]
-fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
+fn a_scene_beyond_the_adapters_limits_is_rejected_with_sizes() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let name = device.description().name.clone();
     let needed = (Tables::new(&prepared.job()).unwrap().words() * 16) as u64;
-    // Pages of which the scene takes three or four; they are powers of two.
+    // Pages of a size of which the scene takes three or four; sizes are powers of two.
     let page = needed.next_power_of_two() / 4;
     let pages = needed.div_ceil(page) as u32;
     assert!((3..=4).contains(&pages), "{needed} bytes take {pages} pages of {page}");
@@ -195,29 +197,29 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
 }
 
 #[test]
-fn very_long_paths_are_refused() {
+fn very_long_paths_are_rejected() {
     let Some(device) = device() else { return };
     let mut prepared = Prepared::new(&scenes::cover(8, 6), 0);
     prepared.render.max_depth = 70_000;
-    let Err(error) = GpuWorker::new(&device, &prepared.job()) else { panic!("the job was taken") };
+    let Err(error) = GpuWorker::new(&device, &prepared.job()) else { panic!("the job was accepted") };
     assert!(error.to_string().contains("bounces"), "{error}");
 }
 
 #[test]
-fn an_unknown_name_is_answered_with_those_that_there_are() {
+fn an_unknown_adapter_name_lists_the_available_ones() {
     if device().is_none() {
         return;
     }
     let error = crate::gpu::Device::open(Some("no such thing")).unwrap_err().to_string();
     let first = crate::gpu::adapters()[0].name.clone();
     assert!(error.contains("no such thing") && error.contains(&first), "{error}");
-    // Any part of a name will do, in small letters or capitals.
+    // Any part of a name matches, in any case.
     let part = first[..3].to_uppercase();
     assert!(crate::gpu::Device::open(Some(&part)).is_ok());
 }
 
 #[test]
-fn a_crop_gets_the_pixels_that_the_whole_film_has_there() {
+fn a_crop_has_the_pixels_of_the_whole_film() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let orders = [Order { stride: Stride::ALL, first: 0, end: 4 }];

@@ -69,13 +69,13 @@ pub(super) fn scene(width: u32, height: u32, materials: Vec<Material>, entities:
     }
 }
 
-/// A scene as another integrator and another sampler see it.
+/// A scene with another integrator and sampler.
 pub(super) fn with(mut scene: Scene, integrator: Integrator, sampler: Sampler) -> Scene {
     (scene.render.integrator, scene.render.sampler) = (integrator, sampler);
     scene
 }
 
-/// The report's cover.
+/// The cover of the report.
 pub(super) fn cover(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.75, 0.25, 0.25]),
@@ -103,8 +103,8 @@ pub(super) fn cover(width: u32, height: u32) -> Scene {
     scene(width, height, materials, entities)
 }
 
-/// What the cover lacks: a quad light that is turned round, a lens, a near plane, an environment, glass,
-/// checks inside checks on a plane, a quad and a sphere, point lights, the box filter.
+/// Features that the cover lacks: a flipped quad light, a lens, a near plane, an environment, glass, nested
+/// checkerboards on a plane, a quad and a sphere, point lights, the box filter.
 pub(super) fn bazaar(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.8, 0.7, 0.6]),
@@ -187,8 +187,8 @@ pub(super) fn large_spheres(width: u32, height: u32) -> Scene {
     scene(width, height, materials, entities)
 }
 
-/// Lights of every kind, many and different, in a bright room: a quad, spheres, points, a sky that is the inside
-/// of a sphere, glass and a mirror; paths are long enough for roulette.
+/// Many different lights of every kind in a bright room: a quad, spheres, points, a sky on the inside of a sphere,
+/// glass and a mirror; paths are long enough for Russian roulette.
 pub(super) fn lamps(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.85, 0.8, 0.75]),
@@ -229,7 +229,7 @@ pub(super) fn lamps(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Disks, cylinders and boxes of every material, all of which shine somewhere; cylinders outwards and inwards.
+/// Disks, cylinders and boxes of every material, all of which emit somewhere; cylinders outwards and inwards.
 pub(super) fn shop(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.7, 0.6, 0.5]),
@@ -265,8 +265,8 @@ pub(super) fn shop(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// A sphere of triangles: six sides of `n` × `n` squares, each of two triangles, pushed out and in by `bumps`; with
-/// the sphere's normals if they are to be smooth, and uv over each side.
+/// A sphere of triangles: six sides of `n` × `n` squares, each of two triangles, with radii varied by `bumps`. If
+/// smooth, it has the sphere's normals; uv cover each side.
 pub(super) fn ball(n: u32, bumps: f64, smooth: bool, with_uv: bool) -> Mesh {
     let mut mesh = Mesh::default();
     let mut seen = std::collections::BTreeMap::new();
@@ -319,14 +319,14 @@ pub(super) fn copy_of(mesh: &Arc<Mesh>, transform: DAffine3, material: usize) ->
     entity(Shape::Mesh { mesh: Arc::clone(mesh), transform }, material)
 }
 
-/// A place that turns, mirrors if a scale is negative, and moves.
+/// A transform that rotates, mirrors if a scale is negative, and translates.
 pub(super) fn turned(scale: [f64; 3], angle: f64, at: DVec3) -> DAffine3 {
     let turn = DQuat::from_axis_angle(DVec3::new(0.3, -0.4, 1.0).normalize(), angle);
     DAffine3::from_scale_rotation_translation(DVec3::from_array(scale), turn, at)
 }
 
-/// One mesh at many places, squeezed, turned, mirrored and turned inside out, of every material; one more shines. Spheres
-/// and quads between them.
+/// Copies of one mesh, scaled, rotated, mirrored and flipped, of every material; one more emits. Spheres and quads
+/// between them.
 pub(super) fn copies(width: u32, height: u32) -> Scene {
     let mut scene = crowd(width, height);
     let pebble = Arc::new(ball(5, 0.1, true, true));
@@ -346,8 +346,8 @@ pub(super) fn copies(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Where a tree pays: meshes with and without normals and uv, one of which shines, one turned inside out and one
-/// mirrored, among spheres and quads, over a plane.
+/// A scene with a tree: meshes with and without normals and uv, of which one emits, one is flipped and one mirrored,
+/// among spheres and quads, over a plane.
 pub(super) fn crowd(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.8, 0.7, 0.6]),
@@ -410,7 +410,7 @@ pub(super) fn crowd_with_few_lamps(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Two meshes of many triangles that shine, a quad and a point light beside them, above a floor and a mirror.
+/// Two emissive meshes of many triangles, a quad and a point light, above a floor and a mirror.
 pub(super) fn lamps_of_triangles(width: u32, height: u32) -> Scene {
     let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
     let lamp = |n, scale: f64, at: [f64; 3]| {
@@ -433,7 +433,7 @@ pub(super) fn lamps_of_triangles(width: u32, height: u32) -> Scene {
     scene
 }
 
-/// Two scenes in one, as the first one's camera sees them.
+/// Two scenes in one, with the camera of the first.
 fn joined(mut scene: Scene, other: Scene) -> Scene {
     let first = scene.materials.len();
     for mut material in other.materials {
@@ -449,12 +449,13 @@ fn joined(mut scene: Scene, other: Scene) -> Scene {
     scene
 }
 
-/// Shapes, lights and materials of every kind, through a lens: what the bazaar, the shop and one mesh at many places have.
+/// Shapes, lights and materials of every kind, through a lens: the contents of the bazaar, the shop and the copies of a
+/// mesh.
 pub(super) fn everything(width: u32, height: u32) -> Scene {
     joined(joined(bazaar(width, height), shop(width, height)), copies(width, height))
 }
 
-/// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.
+/// An emissive sphere straight ahead and nothing else; paths find only its radiance.
 pub(super) fn beacon(emission: [f64; 3]) -> Scene {
     let mut scene =
         scene(16, 16, vec![matte([0.5; 3])], vec![Entity { emission, ..sphere([4.0, 0.0, 0.0], 2.0, 0) }]);

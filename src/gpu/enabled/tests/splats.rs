@@ -1,12 +1,12 @@
-//! Samples that the device puts on all pixels around them: the sums that the CPU makes of them, to the bit.
+//! Samples that the device adds to all pixels around them: the same sums as on the CPU, to the bit.
 
 use super::super::layout::SampleWords;
 use super::super::pace::{MOST_BRIGHT, Pace, Task};
-use super::super::pipeline::{Brings, Pipeline, Room};
+use super::super::pipeline::{DispatchOutput, Pipeline, Room};
 use super::super::program;
 use super::super::tables::Tables;
-use super::super::variant::Plan;
-use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
+use super::super::variant::ProgramPlan;
+use super::{Device, DispatchLimits, GpuWorker, Prepared, Program, carry_out, device, scenes};
 use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
 use crate::film::{Band, Film, Layout, Made, Splatter, Weights};
 use crate::gpu::Job;
@@ -18,7 +18,7 @@ use crate::scene::{FilmMode, Filter, Integrator, Sampler, Scene};
 use rand::RngExt;
 use std::time::Duration;
 
-/// All filters, widths that fill a word of the heap and don't, and a radius that is no multiple of anything.
+/// All filters, with widths that fill a word of the heap and that do not, and an odd radius.
 const FILTERS: [Filter; 10] = [
     Filter::Box { radius: 0.5 },
     Filter::Tent { radius: 1.0 },
@@ -39,10 +39,10 @@ pub(super) fn continuous(mut scene: Scene, filter: Filter) -> Scene {
     scene
 }
 
-/// A part of the film, so that positions are not counted from its corner.
+/// A part of the film, so that positions are not relative to its corner.
 const REGION: Region = Region { film_width: 40, x: 9, y: 5, width: 15, height: 14 };
 
-/// Samples of all its pixels, from border to border, of every magnitude that bands take, exact ties among them.
+/// Samples in all its pixels, including their borders, of every magnitude that bands accept, with exact ties.
 fn samples(seed: u32) -> Vec<Sample> {
     let stream = &mut Stream::new(seed, 0, 0);
     let radiance = |stream: &mut Stream| match stream.random_range(0..8) {
@@ -74,7 +74,7 @@ fn samples(seed: u32) -> Vec<Sample> {
     (0..20 * REGION.len()).map(one).collect()
 }
 
-/// A program that puts samples of the buffer on the film, instead of tracing any.
+/// A program that adds samples of the buffer to the film instead of tracing.
 const GIVEN: &str = "@compute @workgroup_size(WORKGROUP_SIZE)
 fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= dispatch.slots {
@@ -93,18 +93,18 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
-/// What a device makes of given samples, and how many it rejects, by a program with something replaced.
+/// The device's sums of given samples, and the number of rejected ones, with a replacement in the program.
 fn on_gpu(device: &Device, filter: Filter, samples: &[Sample], change: [&str; 2]) -> (Band, u32) {
     let prepared = Prepared::new(&continuous(scenes::cover(40, 30), filter), 1);
     let splatter = Splatter::new(Weights::new(filter), [REGION.x, REGION.y]);
     let job = Job { region: REGION, splatter: Some(&splatter), ..prepared.job() };
-    let (tables, shape) = (Tables::new(&job).unwrap(), Shape::of(device));
-    let plan = Plan::of(device, &tables).unwrap();
-    let text = program::text(job.render, shape.workgroup_size, &plan);
+    let (tables, dispatch_limits) = (Tables::new(&job).unwrap(), DispatchLimits::of(device));
+    let plan = ProgramPlan::of(device, &tables).unwrap();
+    let text = program::text(job.render, dispatch_limits.workgroup_size, &plan);
     let library = text.strip_suffix(program::MAIN).unwrap();
     let changed = library.replacen(change[0], change[1], 1);
     assert!(change[0].is_empty() || changed != library, "{change:?} changes nothing");
-    let program = Program::from_source(device, &(changed + GIVEN), shape, plan).unwrap();
+    let program = Program::from_source(device, &(changed + GIVEN), dispatch_limits, plan).unwrap();
     let pipeline = Pipeline::new(device, &job, &tables, program).unwrap();
     let band = splatter.band(0, REGION.len() - 1, REGION.width);
     let slots = samples.len() as u32;
@@ -120,10 +120,10 @@ fn on_gpu(device: &Device, filter: Filter, samples: &[Sample], change: [&str; 2]
     buffers.write_samples(device, &words);
     let task =
         Task { stride: Stride::ALL, first_slot: 0, slots, first_sample: 0, samples: 1, completes: None };
-    let submission = pipeline.submit(device, &buffers, REGION, task, Brings::Splats(band, slots));
+    let submission = pipeline.submit(device, &buffers, REGION, task, DispatchOutput::Splats(band, slots));
     device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     assert!(submission.is_readable());
-    let Brings::Splats(mut band, room) = submission.brings else { panic!("no band") };
+    let DispatchOutput::Splats(mut band, room) = submission.output else { panic!("no band") };
     assert_eq!(buffers.splats(&mut band, room), Some(Ok(Vec::new())), "none is too bright");
     let rejected = |words: &[super::super::layout::SlotSums]| words.iter().filter(|w| w.rejected > 0).count();
     (band, buffers.sums(&task, rejected).unwrap() as u32)
@@ -140,7 +140,7 @@ fn on_cpu(filter: Filter, samples: &[Sample]) -> (Band, u32) {
 const UNCHANGED: [&str; 2] = ["", ""];
 
 #[test]
-fn given_samples_add_the_same_integers_as_on_the_cpu() {
+fn given_samples_give_the_same_sums_as_on_the_cpu() {
     let Some(device) = device() else { return };
     for (seed, filter) in (0..).zip(FILTERS) {
         let samples = samples(seed);
@@ -157,7 +157,7 @@ fn given_samples_add_the_same_integers_as_on_the_cpu() {
 }
 
 #[test]
-fn every_step_of_splatting_is_noticed_where_it_errs() {
+fn mistakes_in_every_step_of_splatting_are_detected() {
     let Some(device) = device() else { return };
     let samples = samples(7);
     for (filter, right, wrong) in [
@@ -167,14 +167,14 @@ fn every_step_of_splatting_is_noticed_where_it_errs() {
         (MITCHELL, "let faint = shift > vec3u(53u);", "let faint = shift > vec3u(40u);"),
         (MITCHELL, "let far = sample.shift > vec3u(31u);", "let far = sample.shift > vec3u(33u);"),
         (MITCHELL, "+ upper * (size & 0xffffu)", ""),
-        // Ties between two positions, which are there only where a tap's place is a multiple of chance's.
+        // Ties between two positions, which exist only where a tap's position is a multiple of 2^−CHANCE_BITS.
         (FILTERS[1], "scene.tap_ties != 0u", "scene.tap_ties == 0u"),
         (
             FILTERS[5],
             "let to_row = bitcast<vec4i>(heap_word(taps.row + TAP_WORDS + word));",
             "let to_row = from_row;",
         ),
-        // Neighbours in a pixel, who add at the same time.
+        // Neighbours in a pixel that add concurrently.
         (
             MITCHELL,
             "let before = atomicAdd(&splats.words[word], low);",
@@ -186,14 +186,14 @@ fn every_step_of_splatting_is_noticed_where_it_errs() {
     }
 }
 
-/// The film that batches of a region make.
+/// The film that the batches of a region make.
 fn film(region: Region, filter: Filter, batches: &[SampleBatch]) -> Film {
     let splatter = Splatter::new(Weights::new(filter), [region.x, region.y]);
     let layout = Layout { weighted: true, ..Layout::plain(region.width, region.height) };
     let mut film = Film::with_layout(layout).unwrap();
     let add = |film: &mut Film, samples: &[Sample]| {
         for sample in samples {
-            // What a film does not take it counts.
+            // Samples that the film rejects are counted.
             let _ = film.splat(&splatter, region.place(sample.pixel) as usize, sample);
         }
     };
@@ -213,7 +213,7 @@ fn film(region: Region, filter: Filter, batches: &[SampleBatch]) -> Film {
     film
 }
 
-/// The sums of weights: the same whoever made the samples, for all see the same positions.
+/// The sums of weights: equal for all sources of samples, as all have the same positions.
 pub(super) fn weights(film: &Film) -> Vec<[u8; 16]> {
     let pixels = film.layout().len() as usize;
     film.bytes(0..pixels).chunks_exact(64).map(|words| words[24..40].try_into().unwrap()).collect()
@@ -225,9 +225,9 @@ fn orders(stride: Stride) -> [Order; 3] {
     ORDERS.map(|[first, end]| Order { stride, first, end })
 }
 
-/// How a worker may be different.
+/// Variations of a worker.
 struct Way<'a> {
-    shape: Shape,
+    dispatch_limits: DispatchLimits,
     pace: Option<Pace>,
     bright: u32,
     change: [&'a str; 2],
@@ -235,16 +235,21 @@ struct Way<'a> {
 
 impl Way<'_> {
     fn usual(device: &Device) -> Way<'static> {
-        Way { shape: Shape::of(device), pace: None, bright: MOST_BRIGHT, change: UNCHANGED }
+        Way {
+            dispatch_limits: DispatchLimits::of(device),
+            pace: None,
+            bright: MOST_BRIGHT,
+            change: UNCHANGED,
+        }
     }
 
     fn carry_out(&self, device: &Device, job: &Job<'_>, orders: &[Order]) -> Vec<SampleBatch> {
         let tables = Tables::new(job).unwrap();
-        let plan = Plan::of(device, &tables).unwrap();
-        let text = program::text(job.render, self.shape.workgroup_size, &plan);
+        let plan = ProgramPlan::of(device, &tables).unwrap();
+        let text = program::text(job.render, self.dispatch_limits.workgroup_size, &plan);
         let changed = text.replacen(self.change[0], self.change[1], 1);
         assert!(self.change[0].is_empty() || changed != text, "{:?} changes nothing", self.change);
-        let program = Program::from_source(device, &changed, self.shape, plan).unwrap();
+        let program = Program::from_source(device, &changed, self.dispatch_limits, plan).unwrap();
         let mut worker = GpuWorker::with_room(device, job, &tables, program, self.bright).unwrap();
         if let Some(pace) = self.pace {
             worker.set_pace(pace);
@@ -253,7 +258,7 @@ impl Way<'_> {
     }
 }
 
-/// The film of a job's samples, which the host puts there.
+/// The film of a job's samples, added by the host.
 fn film_of_samples(device: &Device, job: &Job<'_>, filter: Filter, orders: &[Order]) -> Film {
     let job = Job { sends_samples: true, ..*job };
     let batches = Way::usual(device).carry_out(device, &job, orders);
@@ -262,7 +267,7 @@ fn film_of_samples(device: &Device, job: &Job<'_>, filter: Filter, orders: &[Ord
 }
 
 #[test]
-fn the_film_is_that_of_the_same_samples_whatever_the_dispatches() {
+fn the_film_does_not_depend_on_the_dispatches() {
     let Some(device) = device() else { return };
     let usual = || Way::usual(&device);
     for (scene, filter, integrator) in [
@@ -284,9 +289,15 @@ fn the_film_is_that_of_the_same_samples_whatever_the_dispatches() {
         };
         holds(usual(), "as usual");
         holds(usual(), "once more");
-        let shape = Shape::of(&device);
-        holds(Way { shape: Shape { workgroup_size: 1, ..shape }, ..usual() }, "workgroups of one");
-        holds(Way { shape: Shape { workgroup_size: 32, workgroups: 3 }, ..usual() }, "96 invocations");
+        let dispatch_limits = DispatchLimits::of(&device);
+        holds(
+            Way { dispatch_limits: DispatchLimits { workgroup_size: 1, ..dispatch_limits }, ..usual() },
+            "workgroups of one",
+        );
+        holds(
+            Way { dispatch_limits: DispatchLimits { workgroup_size: 32, workgroups: 3 }, ..usual() },
+            "96 invocations",
+        );
         for took in [Duration::from_millis(1), Duration::from_secs(1)] {
             let mut pace = Pace::new(false);
             (0..20).for_each(|_| pace.learn(30_000, took));
@@ -295,10 +306,10 @@ fn the_film_is_that_of_the_same_samples_whatever_the_dispatches() {
         // A driver that ends loops.
         for few in ["dispatch.samples <= 3u", "dispatch.samples <= 5u || dispatch.first_slot < 100u"] {
             let change = ["return turns == 2u;", &format!("return turns == 2u && ({few});")];
-            let shape = Shape { workgroups: 2, ..shape };
-            holds(Way { shape, change, ..usual() }, few);
+            let dispatch_limits = DispatchLimits { workgroups: 2, ..dispatch_limits };
+            holds(Way { dispatch_limits, change, ..usual() }, few);
         }
-        // In strides, whose films add up: of one row in three, of a few pixels, of runs that begin and end anywhere.
+        // In strides, whose films add up: one row in three, a few pixels, runs that begin and end anywhere.
         let [wide, thin] =
             [Stride { first: 0, step: 120, run: 70 }, Stride { first: 70, step: 120, run: 50 }];
         let parts = [Stride::every(3, 0), Stride::every(3, 1), Stride::every(3, 2)];
@@ -313,7 +324,7 @@ fn the_film_is_that_of_the_same_samples_whatever_the_dispatches() {
         let other = Prepared::new(&scene, 1);
         let other = film(job.region, filter, &usual().carry_out(&device, &other.job(), &all));
         assert!(other != expected && weights(&other) != weights(&expected));
-        // The CPU's samples lie at the same positions.
+        // The CPU's samples have the same positions.
         let pixels: Vec<_> = (0..job.region.len()).map(|place| job.region.pixel(place)).collect();
         let mut traced = Vec::new();
         let paths = Paths { pixels: &pixels, first_sample: 0, samples: 21 };
@@ -338,7 +349,7 @@ fn a_crop_is_the_film_of_its_own_samples() {
 }
 
 #[test]
-fn what_is_too_bright_for_a_band_is_sent_and_what_no_film_takes_is_counted() {
+fn samples_too_bright_for_a_band_are_returned_and_invalid_ones_counted() {
     let Some(device) = device() else { return };
     let all = [Order { stride: Stride::ALL, first: 0, end: 40 }];
     let limit = f64::from(MAX_SUMMED);
@@ -346,14 +357,14 @@ fn what_is_too_bright_for_a_band_is_sent_and_what_no_film_takes_is_counted() {
         ([limit, 0.5, 3e-9], false),
         ([f64::from(MAX_SUMMED.next_up()), 0.0, 0.1], true),
         ([1_073_741_824.0, 1e9, 1024.1], true),
-        // The film takes no such thing.
+        // The film rejects such values.
         ([2e9, 1.0, 1.0], false),
     ] {
         let prepared = Prepared::new(&continuous(scenes::beacon(emission), MITCHELL), 0);
         let job = prepared.job();
         let expected = film_of_samples(&device, &job, MITCHELL, &all);
-        // As much room as there is, of which less is used at first; a little; and hardly any: then most dispatches find
-        // too many and are done again in parts.
+        // The full capacity, of which less is used at first; a small one; and a tiny one, with which most dispatches
+        // overflow and are repeated in parts.
         for room in [MOST_BRIGHT, 64, 7] {
             let batches = Way { bright: room, ..Way::usual(&device) }.carry_out(&device, &job, &all);
             assert!(film(job.region, MITCHELL, &batches) == expected, "{emission:?}, room for {room}");
@@ -372,7 +383,7 @@ fn what_is_too_bright_for_a_band_is_sent_and_what_no_film_takes_is_counted() {
 
 #[cfg(feature = "broken-material")]
 #[test]
-fn a_broken_material_is_rejected_and_named_as_where_samples_are_sent() {
+fn samples_of_a_broken_material_are_rejected_with_their_position() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&continuous(scenes::broken(40, 30), MITCHELL), 0);
     let job = prepared.job();

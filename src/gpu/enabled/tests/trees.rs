@@ -1,4 +1,4 @@
-//! What rays meet in the device's tree, against the CPU's.
+//! Hits in the device's tree, compared with the CPU's.
 
 use super::super::layout::{Instance, TreeNode};
 use super::super::tables::Tables;
@@ -21,7 +21,7 @@ fn direction(stream: &mut Stream) -> DVec3 {
     DVec3::new(f64::from(d.x), f64::from(d.y), f64::from(d.z))
 }
 
-/// Spheres, quads, slivers and balls of triangles of sizes that differ by up to 10³, some of them twice.
+/// Spheres, quads, slivers and balls of triangles whose sizes differ by up to 10³, some of them twice.
 fn jumble(scale: f64, place: DVec3, stream: &mut Stream) -> Scene {
     let mut entities =
         vec![scenes::plane([0.0, 0.6, 0.8], place.dot(DVec3::new(0.0, 0.6, 0.8)) - 2.0 * scale, 0)];
@@ -52,7 +52,7 @@ fn jumble(scale: f64, place: DVec3, stream: &mut Stream) -> Scene {
     scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], entities)
 }
 
-/// Rays from in and around a sphere to points of it, some along an axis; and limits for each.
+/// Rays from in and around a sphere to points of it, some along an axis, with limits for each.
 fn rays(scale: f64, place: DVec3, count: usize, stream: &mut Stream) -> Vec<[f32; 7]> {
     let ray = |i: usize| {
         let target = place + direction(stream) * scale * stream.random::<f64>();
@@ -79,7 +79,7 @@ const LINES: &str = "let ray = Ray(float3(0u), float3(3u), 0.0);
     }
     put(16u, hit.instance);";
 
-/// Copies of one mesh of sizes that differ by up to 10², squeezed, turned and mirrored, one of them twice at one place,
+/// Copies of one mesh whose sizes differ by up to 10², scaled, rotated and mirrored, one of them twice at one place,
 /// between spheres.
 fn copies(scale: f64, place: DVec3, stream: &mut Stream) -> Scene {
     let mesh = Arc::new(scenes::ball(5, 0.2, true, true));
@@ -99,22 +99,22 @@ fn copies(scale: f64, place: DVec3, stream: &mut Stream) -> Scene {
     scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], entities)
 }
 
-/// What was seen of rays.
+/// Statistics of rays.
 #[derive(Debug, Default)]
 struct Seen {
     hits: usize,
     triangles: usize,
-    /// Hits of what is shared.
+    /// Hits on shared geometry.
     shared: usize,
-    /// Rays that the two sides answer otherwise.
+    /// Rays with different hits on the two sides.
     differ: usize,
-    /// Limits before which only one side sees something.
+    /// Limits before which only one side has a hit.
     limits: usize,
-    /// Points that are not where the CPU has them, or not like there.
+    /// Points or their attributes that differ from the CPU's.
     points: usize,
 }
 
-/// Holds the device's answers against the CPU's.
+/// Compares the device's hits with the CPU's.
 fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -> Seen {
     let prepared = Prepared::new(scene, 0);
     let surfaces = &prepared.scene.surfaces;
@@ -146,9 +146,9 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
             (v - w).max_abs() <= bound
         };
         let close = |at: usize, x: f32, bound: f32| (f32::from_bits(out[at]) - x).abs() <= bound;
-        // How a rounding of the coordinates shows along the ray, and in what is a part of a small surface.
+        // The effect of a rounding of the coordinates on the distance, and on barycentric weights of small surfaces.
         let moved = 64.0 * ULP * size * steep;
-        // What is shared is off by what taking rays to it and points back does.
+        // Shared geometry has the additional error of transforming rays and points.
         let moved = if hit.instance.0 == NO_INSTANCE { moved } else { moved + point.error * steep };
         let turned = moved / point.error.max(ULP) * 1e-5 + 1e-4;
         let good = close(0, hit.t, moved)
@@ -165,7 +165,7 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
 }
 
 #[test]
-fn the_tree_finds_what_the_cpu_finds() {
+fn trees_find_the_same_hits() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(51, 0, 0);
     for (scale, place) in [
@@ -183,9 +183,9 @@ fn the_tree_finds_what_the_cpu_finds() {
         let seen = compare(&device, &scene, &tables, &rays);
         println!("{scale} at {place}: {seen:?}");
         assert!(seen.hits > 10_000 && seen.triangles > 2_000, "{seen:?}");
-        // Past an edge by a rounding, either answer will do. No more than one ray in a thousand comes so close.
+        // At an edge within rounding, either answer is correct. No more than one ray in a thousand comes so close.
         assert!(seen.differ <= 20 && seen.limits <= 20 && seen.points <= 20, "{seen:?}");
-        // Negative control: some boxes have no inside.
+        // Negative control: some boxes are empty.
         if scale != 1.0 {
             continue;
         }
@@ -193,12 +193,12 @@ fn the_tree_finds_what_the_cpu_finds() {
             *node = TreeNode { high_x: [0; 2], ..*node };
         }
         let seen = compare(&device, &scene, &tables, &rays);
-        assert!(seen.differ > 100, "thin boxes go unnoticed: {seen:?}");
+        assert!(seen.differ > 100, "empty boxes are not detected: {seen:?}");
     }
 }
 
 #[test]
-fn instances_are_met_as_on_the_cpu() {
+fn hits_on_instances_agree() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(55, 0, 0);
     for (scale, place) in
@@ -216,22 +216,22 @@ fn instances_are_met_as_on_the_cpu() {
         if scale != 1.0 {
             continue;
         }
-        // Negative controls: hits are looked up in another place.
+        // Negative controls: hits are looked up in another instance.
         tables.tree.places.reverse();
         let elsewhere = compare(&device, &scene, &tables, &rays);
-        assert!(elsewhere.points > 1000, "another place goes unnoticed: {elsewhere:?}");
+        assert!(elsewhere.points > 1000, "another instance is not detected: {elsewhere:?}");
         tables.tree.places.reverse();
-        // Two stand at one place: numbers decide.
+        // Two instances coincide: numbers decide.
         let instances = tables.tree.triangles.iter_mut();
         let first = instances.map(bytemuck::cast_mut::<_, Instance>).find(|row| row.number == 1);
         first.expect("the first instance").number = 3;
         let higher = compare(&device, &scene, &tables, &rays);
-        assert!(higher.differ > 20, "a higher number goes unnoticed: {higher:?}");
+        assert!(higher.differ > 20, "a higher number is not detected: {higher:?}");
     }
 }
 
 #[test]
-fn groups_are_met_as_on_the_cpu() {
+fn hits_on_groups_agree() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(57, 0, 0);
     let scene = groups(16, 16);
@@ -243,14 +243,14 @@ fn groups_are_met_as_on_the_cpu() {
     println!("{seen:?}");
     assert!(seen.shared > 2_000 && seen.triangles < seen.shared, "{seen:?}");
     assert!(seen.differ <= 40 && seen.limits <= 40 && seen.points <= 60, "{seen:?}");
-    // Negative control: hits are looked up in another place.
+    // Negative control: hits are looked up in another instance.
     tables.tree.places.reverse();
     let elsewhere = compare(&device, &scene, &tables, &rays);
-    assert!(elsewhere.points > 500, "another place goes unnoticed: {elsewhere:?}");
+    assert!(elsewhere.points > 500, "another instance is not detected: {elsewhere:?}");
 }
 
 #[test]
-fn no_ray_slips_out_of_a_closed_instance() {
+fn no_ray_leaves_a_closed_instance() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(56, 0, 0);
     for (n, at) in [(3, DVec3::ZERO), (12, DVec3::splat(3.0)), (30, DVec3::new(100.0, -300.0, 200.0))] {
@@ -284,7 +284,7 @@ fn no_ray_slips_out_of_a_closed_instance() {
 }
 
 #[test]
-fn of_equal_distances_the_lower_number_counts() {
+fn among_equal_distances_the_lower_number_wins() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(52, 0, 0);
     let scene = jumble(1.0, DVec3::ZERO, stream);
@@ -292,7 +292,7 @@ fn of_equal_distances_the_lower_number_counts() {
     let prepared = Prepared::new(&scene, 0);
     let mut tables = Tables::new(&prepared.job()).unwrap();
     assert!(compare(&device, &scene, &tables, &rays).differ <= 20);
-    // Negative control: among triangles the higher ones count.
+    // Negative control: among triangles the higher number wins.
     let most = tables.tree.triangles.iter().map(|triangle| triangle.number).max().unwrap();
     for triangle in &mut tables.tree.triangles {
         triangle.number = most - (triangle.number & !FIRST_TRIANGLE);
@@ -306,11 +306,11 @@ fn of_equal_distances_the_lower_number_counts() {
         let both = hit.surface.0 >= FIRST_TRIANGLE && out[1] >= FIRST_TRIANGLE;
         ties += usize::from(both && most - out[1] != hit.surface.0 & !FIRST_TRIANGLE);
     }
-    assert!(ties > 50, "only {ties} ties go unnoticed");
+    assert!(ties > 50, "only {ties} ties are decided otherwise");
 }
 
-/// A ball whose vertices are at places that no rounding favours, and rays from inside it: at its vertices, at points
-/// of its edges, along axes through vertices, anywhere.
+/// A ball with irregular vertex positions, and rays from inside it: to its vertices, to points of its edges, along axes
+/// through vertices, and in random directions.
 fn from_inside(n: u32, place: DVec3, count: usize, stream: &mut Stream) -> (Mesh, Vec<[f32; 7]>) {
     let mut mesh = scenes::ball(n, 0.1, false, false);
     for p in &mut mesh.positions {
@@ -341,7 +341,7 @@ fn from_inside(n: u32, place: DVec3, count: usize, stream: &mut Stream) -> (Mesh
 }
 
 #[test]
-fn no_ray_slips_out_of_a_closed_mesh() {
+fn no_ray_leaves_a_closed_mesh() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(53, 0, 0);
     for (n, place) in [(3, DVec3::ZERO), (12, DVec3::splat(3.0)), (30, DVec3::new(100.0, -300.0, 200.0))] {
@@ -360,7 +360,7 @@ fn no_ray_slips_out_of_a_closed_mesh() {
     }
 }
 
-/// A tree of nodes that each hold one of some spheres and the next node, in boxes that are everywhere.
+/// A tree of nodes that each hold one of some spheres and the next node, in unbounded boxes.
 fn chain(tables: &mut Tables, spheres: u32) {
     let everywhere = Bounds { low: [-1e3; 3], high: [1e3; 3] };
     let mut children = [Bounds::NOTHING; 8];
@@ -380,7 +380,7 @@ fn chain(tables: &mut Tables, spheres: u32) {
 }
 
 #[test]
-fn deep_trees_find_their_way_back() {
+fn deep_trees_are_traversed_completely() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(54, 0, 0);
     let spheres = 70;
@@ -394,29 +394,29 @@ fn deep_trees_find_their_way_back() {
     let seen = compare(&device, &scene, &tables, &rays);
     println!("{} levels: {seen:?}", tables.tree.levels);
     assert!(seen.hits > 1000 && seen.differ <= 4 && seen.limits <= 4 && seen.points <= 4, "{seen:?}");
-    // Negative control: a trail of 64 levels forgets what waits on the first ones.
+    // Negative control: a trail of 64 levels loses pending nodes of the first ones.
     tables.tree.levels = 65;
     let seen = compare(&device, &scene, &tables, &rays);
-    assert!(seen.differ > 20, "a short trail goes unnoticed: {seen:?}");
+    assert!(seen.differ > 20, "a short trail is not detected: {seen:?}");
 }
 
 #[test]
-fn rays_that_are_not_finite_meet_nothing() {
+fn non_finite_rays_hit_nothing() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(57, 0, 0);
     let lines = "let ray = Ray(float3(0u), float3(3u), 0.0);
         put(0u, select(0u, 1u, intersect(ray, true).t < NOTHING));
         put(1u, select(0u, 1u, occluded(ray, float(6u), true, false)));";
-    let mut rare = jumble(1.0, DVec3::ZERO, stream);
-    rare.entities.push(scenes::disk([0.0; 3], [0.0, 0.6, 0.8], 1.0, 0));
-    rare.entities.push(scenes::cylinder([0.0; 3], [0.0, 0.0, 1.0], 1.0, 0));
-    for scene in [jumble(1.0, DVec3::ZERO, stream), copies(1.0, DVec3::ZERO, stream), rare] {
+    let mut custom = jumble(1.0, DVec3::ZERO, stream);
+    custom.entities.push(scenes::disk([0.0; 3], [0.0, 0.6, 0.8], 1.0, 0));
+    custom.entities.push(scenes::cylinder([0.0; 3], [0.0, 0.0, 1.0], 1.0, 0));
+    for scene in [jumble(1.0, DVec3::ZERO, stream), copies(1.0, DVec3::ZERO, stream), custom] {
         let tables = Tables::new(&Prepared::new(&scene, 0).job()).unwrap();
         let finite = rays(1.0, DVec3::ZERO, 2000, stream);
         let mut broken = Vec::new();
         for (i, ray) in finite.iter().enumerate() {
             let mut ray = *ray;
-            // In one coordinate, or in some.
+            // In one coordinate, or in several.
             let which = if i % 2 == 0 { 1 << (i / 2 % 6) } else { stream.random_range(1..64_u32) };
             for coordinate in (0..6).filter(|coordinate| which >> coordinate & 1 != 0) {
                 ray[coordinate] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][stream.random_range(0..3)];
@@ -426,7 +426,7 @@ fn rays_that_are_not_finite_meet_nothing() {
         let met = probe::<7, 2>(&device, lines, &bits(&broken), &tables);
         let wrong = met.iter().zip(&broken).find(|(met, _)| **met != [0, 0]);
         assert_eq!(wrong, None);
-        // Negative control: the others do meet something.
+        // Negative control: finite rays do have hits.
         let met = probe::<7, 2>(&device, lines, &bits(&finite), &tables);
         assert!(met.iter().filter(|met| met[0] == 1).count() > 500);
     }

@@ -1,4 +1,4 @@
-//! One lane that keeps the arguments and the results of the functions that it calls.
+//! A lane that stores the arguments and results of the functions that it calls.
 
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Device, Function, Layout, Part, Value};
@@ -7,35 +7,35 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// A float that is watched.
+/// A float with recorded calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Watched(pub(super) f32);
-/// An integer that is watched.
+/// An integer with recorded calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WatchedUint(pub(super) Wrapping);
-/// A boolean that is watched.
+/// A boolean with recorded calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WatchedMask(pub(super) bool);
 
-/// A call of a function, in the words of its arguments and of its result.
+/// A call of a function: the words of its arguments and of its result.
 pub(super) struct Call {
     pub(super) arguments: Vec<u32>,
     pub(super) result: Vec<u32>,
 }
 
-/// The most calls of a function that are kept.
+/// The maximum number of stored calls of a function.
 const KEPT: usize = 2000;
 
 /// The calls of a function.
 #[derive(Default)]
 pub(super) struct Calls {
     seen: u32,
-    /// Some of them, spread over all.
+    /// Some of them, evenly distributed.
     pub(super) kept: Vec<Call>,
 }
 
 impl Calls {
-    /// Where the next call is kept, if it is: each has the same chance.
+    /// The slot for the next call, if it is stored; each call has the same probability.
     fn place(&mut self) -> Option<usize> {
         let stirred = self.seen.wrapping_mul(0x9e37_79b1).rotate_left(13).wrapping_mul(0x85eb_ca6b);
         self.seen += 1;
@@ -48,7 +48,7 @@ thread_local! {
     static CALLS: RefCell<BTreeMap<&'static str, Calls>> = const { RefCell::new(BTreeMap::new()) };
 }
 
-/// The calls of each function while `work` runs, by the functions' names.
+/// The calls of each function during `work`, by the functions' names.
 pub(super) fn watch(work: impl FnOnce()) -> BTreeMap<&'static str, Calls> {
     CALLS.take();
     work();
@@ -67,7 +67,7 @@ fn words(value: &impl Value<Watched>) -> Vec<u32> {
     parts.iter().map(word).collect()
 }
 
-/// What plain numbers are in watched ones.
+/// Converts plain numbers to watched ones.
 fn watched<V: Value<Watched>>(value: &impl Value<f32>) -> V {
     let mut parts = Vec::new();
     value.parts(&mut parts);
@@ -78,7 +78,7 @@ fn watched<V: Value<Watched>>(value: &impl Value<f32>) -> V {
     }))
 }
 
-/// The same the other way round.
+/// The inverse conversion.
 fn plain<V: Value<f32>>(value: &impl Value<Watched>) -> V {
     let mut parts = Vec::new();
     value.parts(&mut parts);
@@ -257,7 +257,7 @@ impl Float for Watched {
         self.0
     }
 
-    // As a device does: what is not asked for is not computed, so that no call is watched that it would not make.
+    // As on a device, unused branches are not evaluated, so that no call is stored that a device would not make.
     fn branch<T: Value<Self>>(mask: WatchedMask, otherwise: T, then: impl FnOnce() -> T) -> T {
         if mask.0 { then() } else { otherwise }
     }
@@ -296,7 +296,7 @@ impl Float for Watched {
         });
         result
     }
-    // What is written by hand is not watched, and not compiled once more.
+    // Hand-written functions are not stored, and not compiled a second time.
     fn out_of_line<T>(body: impl FnOnce() -> T) -> T {
         body()
     }

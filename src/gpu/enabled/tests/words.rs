@@ -1,10 +1,10 @@
-//! The same bits from run to run, and exact sums of whatever a film takes.
+//! Identical bits from run to run, and exact sums of everything that a film accepts.
 
 use super::super::pace::Pace;
 use super::super::program;
 use super::super::tables::Tables;
-use super::super::variant::Plan;
-use super::{Device, GpuWorker, Prepared, Program, Shape, Total, carry_out, device, scenes, totals};
+use super::super::variant::ProgramPlan;
+use super::{Device, DispatchLimits, GpuWorker, Prepared, Program, Total, carry_out, device, scenes, totals};
 use crate::film::Film;
 use crate::film::PixelSums;
 use crate::film::reject::{Reject, check};
@@ -17,22 +17,28 @@ fn orders(stride: Stride) -> [Order; 3] {
     [(0, 1), (1, 5), (5, 21)].map(|(first, end)| Order { stride, first, end })
 }
 
-fn render(device: &Device, job: &Job<'_>, shape: Shape, took: Option<Duration>) -> (Vec<Total>, u64) {
-    render_stride(device, job, shape, took, Stride::ALL)
+fn render(
+    device: &Device,
+    job: &Job<'_>,
+    dispatch_limits: DispatchLimits,
+    took: Option<Duration>,
+) -> (Vec<Total>, u64) {
+    render_stride(device, job, dispatch_limits, took, Stride::ALL)
 }
 
 fn render_stride(
     device: &Device,
     job: &Job<'_>,
-    shape: Shape,
+    dispatch_limits: DispatchLimits,
     took: Option<Duration>,
     stride: Stride,
 ) -> (Vec<Total>, u64) {
     let tables = Tables::new(job).unwrap();
-    let program = Program::new(device, job.render, shape, Plan::of(device, &tables).unwrap()).unwrap();
+    let program =
+        Program::new(device, job.render, dispatch_limits, ProgramPlan::of(device, &tables).unwrap()).unwrap();
     let mut worker = GpuWorker::with_program(device, job, &tables, program).unwrap();
     if let Some(took) = took {
-        // A pace learnt elsewhere: dispatches of another size.
+        // A pace from elsewhere: dispatches of another size.
         let mut pace = Pace::new(false);
         (0..20).for_each(|_| pace.learn(30_000, took));
         worker.set_pace(pace);
@@ -43,61 +49,61 @@ fn render_stride(
 }
 
 #[test]
-fn two_runs_agree_to_the_bit_for_any_workgroup_size_and_any_dispatches() {
+fn runs_are_identical_for_any_workgroup_size_and_dispatches() {
     let Some(device) = device() else { return };
     let whitted = scenes::with(scenes::bazaar(40, 30), Integrator::Whitted, Sampler::Sobol);
     let path = scenes::with(scenes::bazaar(40, 30), Integrator::Path, Sampler::Sobol);
     for scene in [scenes::cover(80, 60), path, whitted] {
         let prepared = Prepared::new(&scene, 0);
         let job = prepared.job();
-        let usual = Shape::of(&device);
+        let usual = DispatchLimits::of(&device);
         let expected = render(&device, &job, usual, None);
         assert!(expected.0.iter().all(|total| total.count + total.rejected == 21));
         assert_eq!(render(&device, &job, usual, None), expected, "from one run to the next");
-        let shape = Shape { workgroup_size: 1, ..usual };
-        assert_eq!(render(&device, &job, shape, None), expected, "workgroups of one");
+        let dispatch_limits = DispatchLimits { workgroup_size: 1, ..usual };
+        assert_eq!(render(&device, &job, dispatch_limits, None), expected, "workgroups of one");
         // So few invocations that each has several slots.
-        let shape = Shape { workgroup_size: 32, workgroups: 3 };
-        assert_eq!(render(&device, &job, shape, None), expected, "96 invocations");
+        let dispatch_limits = DispatchLimits { workgroup_size: 32, workgroups: 3 };
+        assert_eq!(render(&device, &job, dispatch_limits, None), expected, "96 invocations");
         for took in [Duration::from_millis(1), Duration::from_secs(1)] {
             assert_eq!(render(&device, &job, usual, Some(took)), expected, "30,000 paths took {took:?}");
         }
-        // Negative control: another seed makes another picture.
+        // Negative control: another seed makes another image.
         let other = Prepared::new(&scene, 1);
         assert_ne!(render(&device, &other.job(), usual, None), expected);
     }
 }
 
 #[test]
-fn a_scene_on_several_pages_is_the_same_to_the_bit() {
+fn scenes_on_several_pages_are_identical() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::crowd(24, 16), 0);
-    let (job, shape) = (prepared.job(), Shape::of(&device));
+    let (job, dispatch_limits) = (prepared.job(), DispatchLimits::of(&device));
     let tables = Tables::new(&job).unwrap();
-    let whole = render(&device, &job, shape, None);
+    let whole = render(&device, &job, dispatch_limits, None);
     let bytes = (tables.words() * 16) as u64;
     let small = device.with_limits(bytes.div_ceil(3).next_power_of_two(), 40);
-    let plan = Plan::of(&small, &tables).unwrap();
+    let plan = ProgramPlan::of(&small, &tables).unwrap();
     assert!(plan.paging.pages > 1, "{bytes} bytes");
-    assert_eq!(render(&small, &job, shape, None), whole, "{} pages", plan.paging.pages);
+    assert_eq!(render(&small, &job, dispatch_limits, None), whole, "{} pages", plan.paging.pages);
     // Negative control: words are looked up on the wrong page.
-    let text = program::text(job.render, shape.workgroup_size, &plan);
+    let text = program::text(job.render, dispatch_limits.workgroup_size, &plan);
     let wrong = text.replacen("case 1u: { return page_1", "case 1u: { return page_0", 1);
     assert_ne!(wrong, text);
-    let program = Program::from_source(&small, &wrong, shape, plan).unwrap();
+    let program = Program::from_source(&small, &wrong, dispatch_limits, plan).unwrap();
     let mut worker = GpuWorker::with_program(&small, &job, &tables, program).unwrap();
     assert_ne!(totals(&carry_out(&mut worker, &orders(Stride::ALL)), job.region.len()), whole.0);
 }
 
 #[test]
-fn strides_hold_together_what_one_worker_holds_alone() {
+fn strides_add_up_to_the_result_of_one_worker() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
-    let shape = Shape::of(&device);
-    let (expected, _) = render(&device, &prepared.job(), shape, None);
+    let dispatch_limits = DispatchLimits::of(&device);
+    let (expected, _) = render(&device, &prepared.job(), dispatch_limits, None);
     let wide = Stride { first: 2, step: 7, run: 4 };
     for stride in [0, 1, 2].map(|first| Stride::ALL.split(first, 3)).into_iter().chain([wide]) {
-        let (part, _) = render_stride(&device, &prepared.job(), shape, None, stride);
+        let (part, _) = render_stride(&device, &prepared.job(), dispatch_limits, None, stride);
         let mut owned = vec![false; part.len()];
         (0..stride.len(80 * 60)).for_each(|slot| owned[stride.place(slot) as usize] = true);
         for (place, total) in part.iter().enumerate() {
@@ -107,11 +113,11 @@ fn strides_hold_together_what_one_worker_holds_alone() {
 }
 
 #[test]
-fn samples_sent_one_by_one_are_those_that_are_summed() {
+fn returned_samples_are_those_that_are_summed() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::bazaar(40, 30), 0);
-    let shape = Shape::of(&device);
-    let (expected, rays) = render(&device, &prepared.job(), shape, None);
+    let dispatch_limits = DispatchLimits::of(&device);
+    let (expected, rays) = render(&device, &prepared.job(), dispatch_limits, None);
     let mut worker = GpuWorker::new(&device, &Job { sends_samples: true, ..prepared.job() }).unwrap();
     let batches = carry_out(&mut worker, &orders(Stride::ALL));
     assert_eq!(batches.iter().map(|batch| batch.rays).sum::<u64>(), rays);
@@ -123,7 +129,7 @@ fn samples_sent_one_by_one_are_those_that_are_summed() {
         for sample in samples {
             assert_eq!(check(sample.radiance), Ok(()));
             let pixel = prepared.whole.pixel(sample.pixel);
-            // The box filter reaches to the pixel's edges.
+            // The box filter extends to the pixel's edges.
             let offset = [sample.x - pixel.x as f32 - 0.5, sample.y - pixel.y as f32 - 0.5];
             assert!(offset.iter().all(|d| d.abs() <= 0.5), "{sample:?} is not in its pixel");
             sums[sample.pixel as usize].add(sample.radiance);
@@ -142,9 +148,9 @@ fn samples_sent_one_by_one_are_those_that_are_summed() {
 }
 
 #[test]
-fn bright_samples_are_neither_lost_nor_wrapped() {
+fn bright_samples_do_not_overflow() {
     let Some(device) = device() else { return };
-    // From what 64 bits hold, past what they hold, to the brightest that a film takes.
+    // From values within 64 bits, and beyond, to the brightest that a film accepts.
     for emission in [[1000.0, 0.5, 3e-9], [5000.25, 1e6, 0.1], [1_073_741_824.0, 1e9, 1024.1]] {
         let prepared = Prepared::new(&scenes::beacon(emission), 0);
         let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
@@ -180,7 +186,7 @@ fn bright_samples_are_neither_lost_nor_wrapped() {
 }
 
 #[test]
-fn what_a_film_cannot_take_is_counted_and_named() {
+fn invalid_samples_are_counted_with_their_reason() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::beacon([1.0, 2e9, 1.0]), 0);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
@@ -199,12 +205,12 @@ fn what_a_film_cannot_take_is_counted_and_named() {
 
 #[cfg(feature = "broken-material")]
 #[test]
-fn a_broken_material_is_rejected_as_on_the_cpu() {
+fn samples_of_a_broken_material_are_rejected_as_on_the_cpu() {
     use crate::integrator::Paths;
     use crate::math::lanes::Level;
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::broken(40, 30), 0);
-    let (theirs, _) = render(&device, &prepared.job(), Shape::of(&device), None);
+    let (theirs, _) = render(&device, &prepared.job(), DispatchLimits::of(&device), None);
     let integrator = prepared.on_cpu();
     let pixels: Vec<_> = (0..40 * 30).map(|place| prepared.whole.pixel(place)).collect();
     let mut out = Vec::new();
@@ -212,6 +218,6 @@ fn a_broken_material_is_rejected_as_on_the_cpu() {
     let ours = out.iter().filter(|f| check(f.sample.radiance).is_err()).count();
     let theirs: u32 = theirs.iter().map(|total| total.rejected).sum();
     assert!(ours > 1000);
-    // Paths that differ in a rounding may miss the floor; few do.
+    // Rounding errors may let a few paths miss the floor.
     assert!(ours.abs_diff(theirs as usize) <= 25, "the CPU rejects {ours}, the GPU {theirs}");
 }

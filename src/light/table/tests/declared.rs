@@ -1,4 +1,4 @@
-//! Lights that are no surfaces, by their parameters: spots, suns and power.
+//! Lights that are not surfaces, by their parameters: spots, suns and power.
 
 use super::*;
 use crate::light::{
@@ -15,9 +15,9 @@ pub(super) fn spot(cone: f64, penumbra: f64, falloff: Falloff) -> SpotLight {
 
 pub(super) const FALLOFFS: [Falloff; 3] = [Falloff::Smoothstep, Falloff::Angle, Falloff::Squared];
 
-/// From every side, what a spot gives is its intensity by the formula of its falloff, over the distance squared.
+/// From every side, the irradiance of a spot is its intensity by the formula of its falloff, over the distance squared.
 #[test]
-fn a_spot_gives_what_its_falloff_says() {
+fn the_irradiance_of_a_spot_follows_its_falloff() {
     let stream = &mut Stream::new(51, 0, 0);
     for falloff in FALLOFFS {
         for (cone, penumbra) in [(30.0, 5.0), (60.0, 60.0), (10.0, 0.0), (150.0, 120.0), (180.0, 10.0)] {
@@ -46,7 +46,7 @@ fn a_spot_gives_what_its_falloff_says() {
                         Falloff::Squared => fall(libm::cos).powi(2),
                     }
                 };
-                // At a sharp edge either side is right.
+                // At a sharp edge either side is correct.
                 if penumbra == 0.0 && (angle - cone).abs() < 1e-3 {
                     continue;
                 }
@@ -56,13 +56,13 @@ fn a_spot_gives_what_its_falloff_says() {
                 assert!((got - expected).abs() < room, "{falloff:?}, {cone}, {angle}: {got}, not {expected}");
                 lit += u32::from(got > 0.0);
             }
-            // The choice leaves out no place that is lit.
-            assert!(lit > 100, "{lit} places are lit");
+            // The choice includes all illuminated points.
+            assert!(lit > 100, "{lit} points are illuminated");
         }
     }
 }
 
-/// In single precision cosines of narrow cones are all one.
+/// In single precision the cosines of narrow cones are all one.
 #[test]
 fn a_narrow_spot_emits_its_power() {
     let stream = &mut Stream::new(55, 0, 0);
@@ -84,9 +84,9 @@ fn a_narrow_spot_emits_its_power() {
     }
 }
 
-/// No place within the cone of a spot is without its light, whatever else there is.
+/// All points in the cone of a spot can choose it, whatever other lights there are.
 #[test]
-fn spots_are_chosen_wherever_they_shine() {
+fn spots_are_chosen_from_all_points_that_they_illuminate() {
     let stream = &mut Stream::new(52, 0, 0);
     for falloff in FALLOFFS {
         for (cone, penumbra) in [(30.0, 5.0), (60.0, 60.0), (3.0, 0.0), (150.0, 120.0), (180.0, 10.0)] {
@@ -102,18 +102,21 @@ fn spots_are_chosen_wherever_they_shine() {
                     [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
                 let p = Vec3::splat([1.0, 2.0, -3.0]) + d * stream.random_range(0.1..10.0_f32);
                 let gives = table.sample(Wrapping(0), p, [0.0; 2]).weight().r > 0.0;
-                let chance = table.chance(p, n, Wrapping(0), true);
-                assert!(chance > 0.0 || !gives, "{falloff:?}, {cone}, {penumbra}: {p:?}");
+                let pmf = table.pmf(p, n, Wrapping(0), true);
+                assert!(pmf > 0.0 || !gives, "{falloff:?}, {cone}, {penumbra}: {p:?}");
                 lit += u32::from(gives);
-                dark += u32::from(chance == 0.0);
+                dark += u32::from(pmf == 0.0);
             }
-            assert!(lit > 2 && (dark > 1000 || cone > 100.0), "{cone}: {lit} lit, {dark} without chance");
+            assert!(
+                lit > 2 && (dark > 1000 || cone > 100.0),
+                "{cone}: {lit} illuminated, {dark} with a pmf of zero"
+            );
         }
     }
 }
 
-/// A disk at infinity gives the irradiance that is asked for, has a density of one in all, and is seen by rays where it
-/// is sampled.
+/// A disk at infinity gives the requested irradiance, has a density that integrates to one, and is visible to rays
+/// where it is sampled.
 #[test]
 fn a_distant_disk_gives_its_irradiance() {
     for diameter in [0.01, 0.53, 20.0, 120.0, 180.0] {
@@ -138,12 +141,12 @@ fn a_distant_disk_gives_its_irradiance() {
                 pdf.set(given);
                 1.0
             });
-            // Along the rim a rounded direction may miss.
+            // At the rim a rounded direction may miss the disk.
             missed += u32::from(seen.r == 0.0);
             assert!(seen.r == 0.0 || (seen.r, pdf.get()) == (sample.radiance.r, sample.pdf));
         }
         assert!(missed < 20, "{diameter}: {missed} are missed");
-        // Twice as far from the middle as the rim there is nothing.
+        // At twice the angle of the rim there is no light.
         let beyond = (diameter.to_radians()).min(3.0);
         let d = Vec3::splat([libm::sin(beyond) as f32, 0.0, libm::cos(beyond) as f32]);
         assert_eq!(table.escaped(d, |_| 1.0), Rgb::black());
@@ -158,9 +161,9 @@ fn a_distant_disk_gives_its_irradiance() {
     assert_eq!((sample.wi.lane(0), sample.weight().r), ([0.0, -0.6, 0.8], 3.0));
 }
 
-/// Power and intensity are the same by the solid angle over which a light shines.
+/// Power and intensity correspond by the solid angle of emission.
 #[test]
-fn power_is_what_is_emitted() {
+fn power_is_the_emitted_flux() {
     let stream = &mut Stream::new(54, 0, 0);
     let position = DVec3::new(1.0, 2.0, 3.0);
     let mut power_of = |add: &dyn Fn(&mut LightTable) -> u32| {

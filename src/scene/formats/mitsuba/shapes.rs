@@ -102,7 +102,7 @@ impl Builder<'_, '_> {
         };
         let all = parent * transform;
         let flat = all.matrix3.determinant() == 0.0 || !all.is_finite();
-        if flat { Err(self.reports.error(place, "the transform makes everything flat")) } else { Ok(all) }
+        if flat { Err(self.reports.error(place, "the transform is singular")) } else { Ok(all) }
     }
 
     /// Adds the entity of a shape, with its material and what it emits.

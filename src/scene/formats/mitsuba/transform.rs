@@ -70,7 +70,7 @@ fn look_at(attribute: Attribute<'_>) -> Result<DMat4, String> {
     let up = forward.cross(left);
     let all = [left, up, forward];
     if all.iter().any(|axis| !axis.is_finite()) {
-        return Err("up is parallel to the direction of view, or target is origin".into());
+        return Err("up is parallel to the viewing direction, or target is origin".into());
     }
     Ok(DMat4::from_cols(left.extend(0.0), up.extend(0.0), forward.extend(0.0), origin.extend(1.0)))
 }

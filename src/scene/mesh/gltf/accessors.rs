@@ -1,5 +1,4 @@
-//! The meaning of bytes by their accessors. All bytes are known to be there, and nothing is decoded before there is room
-//! for it.
+//! Decoding of bytes by accessors. All bytes are known to exist, and memory is checked before anything is decoded.
 
 use std::rc::Rc;
 
@@ -21,7 +20,7 @@ pub(super) fn size(component: u32) -> Result<u64, String> {
     }
 }
 
-/// Some components that stand at equal distances in a buffer.
+/// Components at equal distances in a buffer.
 pub(super) struct View {
     pub(super) bytes: Rc<Vec<u8>>,
     pub(super) first: usize,
@@ -34,9 +33,9 @@ pub(super) struct Floats<const N: usize> {
     pub(super) view: View,
     pub(super) component: u32,
     pub(super) normalized: bool,
-    /// True if the accessor has no buffer view: all vectors that are not replaced are zero.
+    /// Whether the accessor has no buffer view: all vectors that are not replaced are zero.
     pub(super) is_zero: bool,
-    /// The places of those that are replaced, and the vectors that replace them.
+    /// The indices of replaced vectors, and their replacements.
     pub(super) sparse: Option<(Indices, View)>,
 }
 
@@ -78,12 +77,12 @@ impl<const N: usize> Floats<N> {
     }
 }
 
-/// Numbers of vertices, or of what is replaced.
+/// Indices of vertices, or of replaced elements.
 pub(super) struct Indices {
     pub(super) accessor: usize,
     pub(super) view: View,
     pub(super) component: u32,
-    /// The places of replaced indices, and the indices that replace them.
+    /// The positions of replaced indices, and their replacements.
     pub(super) sparse: Option<Box<(Indices, Indices)>>,
 }
 
@@ -108,7 +107,7 @@ impl Indices {
         Ok(all)
     }
 
-    /// The place, below `count`, that replacement `i` is for.
+    /// The element, below `count`, that replacement `i` replaces.
     fn replaced(&self, i: usize, count: usize) -> Result<usize, String> {
         let at = self.get(i)? as usize;
         if at < count {
@@ -124,12 +123,12 @@ impl Indices {
             U8 => Ok(u32::from(bytes[0])),
             U16 => Ok(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
             U32 => Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
-            _ => Err(format!("accessor {} holds indices that are no unsigned integers", self.accessor)),
+            _ => Err(format!("accessor {} holds indices that are not unsigned integers", self.accessor)),
         }
     }
 }
 
-/// The component at the start of some bytes, as floats mean it: normalised integers are fractions.
+/// The component at the start of some bytes as a float; normalised integers become fractions.
 fn number(bytes: &[u8], component: u32, normalized: bool) -> f32 {
     let (value, most) = match component {
         I8 => (f32::from(bytes[0] as i8), 127.0),

@@ -1,6 +1,6 @@
-//! The bytes of a glTF document: buffers, views of them, and what accessors see there.
+//! The bytes of a glTF document: buffers, buffer views, and accessors.
 //!
-//! Every range is checked against the bytes that are there before anything is set aside for it.
+//! Every range is checked against the available bytes before memory is allocated for it.
 
 use super::accessors::{Floats, Indices, View, size};
 use super::document::{Accessor, Document, Sparse};
@@ -15,7 +15,7 @@ use std::io::Read;
 use std::path::Path;
 use std::rc::Rc;
 
-/// The buffers that have been asked for.
+/// The buffers loaded so far.
 pub(super) struct Buffers<'a> {
     /// The document's own file.
     file: &'a Path,
@@ -54,18 +54,18 @@ impl<'a> Buffers<'a> {
             Some(view) => {
                 self.view(document, view, accessor.byte_offset, accessor.count, element).map_err(name)?
             }
-            // The caller makes room for these zeros before it decodes them.
+            // The caller checks the memory for these zeros before it decodes them.
             None if accessor.count <= MOST_TRIANGLES as u64 => {
                 View { bytes: Rc::default(), first: 0, stride: 0, count: accessor.count as usize }
             }
-            None => return Err(name(format!("promises {} elements without a buffer view", accessor.count))),
+            None => return Err(name(format!("declares {} elements without a buffer view", accessor.count))),
         };
         let sparse = self.sparse(document, index, accessor, element).map_err(name)?;
         let (normalized, is_zero) = (accessor.normalized, accessor.buffer_view.is_none());
         Ok(Floats { view, component, normalized, is_zero, sparse })
     }
 
-    /// The places of an accessor's replaced elements, and the elements that replace them.
+    /// The indices of an accessor's replaced elements, and their replacements.
     fn sparse(
         &mut self,
         document: &Document,
@@ -85,7 +85,7 @@ impl<'a> Buffers<'a> {
         let accessor = accessor(document, index)?;
         let name = |message: String| format!("accessor {index} {message}");
         if accessor.kind != "SCALAR" {
-            return Err(name(format!("holds {:?}, which are no indices", accessor.kind)));
+            return Err(name(format!("holds {:?}, which cannot be indices", accessor.kind)));
         }
         let component = accessor.component_type;
         let size = size(component).map_err(name)?;
@@ -102,7 +102,7 @@ impl<'a> Buffers<'a> {
         Ok(Indices { accessor: index, view, component, sparse })
     }
 
-    /// Elements of so many bytes in a view, all of which are there.
+    /// Elements of a given size in a view, with their range checked.
     fn view(
         &mut self,
         document: &Document,
@@ -142,14 +142,14 @@ impl<'a> Buffers<'a> {
         if end.is_none_or(|end| end > view.byte_length) {
             let length = view.byte_length;
             return Err(format!(
-                "promises {count} elements, which buffer view {index} of {length} bytes does not hold"
+                "declares {count} elements, more than fit in buffer view {index} of {length} bytes"
             ));
         }
         let first = if count == 0 { 0 } else { (view.byte_offset + offset) as usize };
         Ok(View { bytes, first, stride: stride as usize, count: count as usize })
     }
 
-    /// True if a buffer has no bytes: it stands for the uncompressed form of another.
+    /// Whether a buffer has no bytes: it represents the uncompressed form of another one.
     fn is_elsewhere(&self, document: &Document, index: usize) -> bool {
         document.buffers.get(index).is_some_and(|buffer| {
             let is_chunk = index == 0 && self.binary.is_some() && buffer.extensions.compression().is_none();
@@ -168,16 +168,18 @@ impl<'a> Buffers<'a> {
         }
         let bytes = match &buffer.uri {
             None if index == 0 => {
-                self.binary.clone().ok_or_else(|| "needs the binary chunk, which is not there".to_owned())?
+                self.binary.clone().ok_or_else(|| "needs the binary chunk, which is missing".to_owned())?
             }
-            None => return Err(format!("needs buffer {index}, which is nowhere")),
+            None => return Err(format!("needs buffer {index}, which has neither a URI nor a binary chunk")),
             Some(uri) => {
                 Rc::new(self.load(uri, buffer.byte_length).map_err(|e| format!("needs buffer {index}: {e}"))?)
             }
         };
         if (bytes.len() as u64) < buffer.byte_length {
             let (have, promised) = (bytes.len(), buffer.byte_length);
-            return Err(format!("needs buffer {index}, which has {have} bytes of {promised}: it is cut off"));
+            return Err(format!(
+                "needs buffer {index}, which has {have} bytes of {promised}: it is truncated"
+            ));
         }
         self.loaded[index] = Some(Rc::clone(&bytes));
         Ok(bytes)
@@ -192,7 +194,7 @@ impl<'a> Buffers<'a> {
                 if text.ends_with('=') || text.len().is_multiple_of(4) { BASE64 } else { BASE64_NOPAD };
             return padded
                 .decode(text.as_bytes())
-                .map_err(|error| format!("its data: URI is no base64: {error}"));
+                .map_err(|error| format!("its data: URI is invalid base64: {error}"));
         }
         if uri.split_once(':').is_some_and(|(scheme, _)| scheme.len() > 1 && !scheme.contains('/')) {
             return Err(format!("{:?} is on another machine", shortened(uri)));
@@ -200,7 +202,7 @@ impl<'a> Buffers<'a> {
         let path = beside(self.file, &percent_decode_str(uri).decode_utf8_lossy());
         let (file, _) = open(&path).map_err(|error| error.to_string())?;
         let mut bytes = Vec::new();
-        // No more than is asked for.
+        // No more than the declared length.
         match file.take(length).read_to_end(&mut bytes) {
             Ok(read) => {
                 self.room.add_file(read as u64);

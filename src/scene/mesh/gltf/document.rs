@@ -1,7 +1,7 @@
 //! The parts of a glTF document's JSON that are read, under the names of its specification.
 //!
-//! Fields that the specification requires are required, so that no element is much larger in memory than in the file;
-//! those of which it requires nothing may not be too many. Elements that are only counted keep no content.
+//! Fields that the specification requires are required, so that no element is much larger in memory than in the file.
+//! Elements without required fields are limited in number. Elements that are only counted store no content.
 
 use super::material::Material;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
@@ -30,7 +30,7 @@ pub(super) struct Document {
     pub(super) buffers: Vec<Buffer>,
 }
 
-/// The most nodes, and the most materials: an empty one takes three bytes of a file and 400 of memory.
+/// The maximum number of nodes, and of materials: an empty one takes three bytes in a file and 400 in memory.
 const MOST: usize = 1 << 20;
 
 /// A list of at most [`MOST`].
@@ -48,7 +48,7 @@ fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Resul
             let mut all = Vec::new();
             while let Some(element) = list.next_element()? {
                 if all.len() == MOST {
-                    return Err(A::Error::custom(format!("more than {MOST} of these are too many")));
+                    return Err(A::Error::custom(format!("more than the maximum of {MOST}")));
                 }
                 all.push(element);
             }
@@ -60,10 +60,10 @@ fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Resul
 }
 
 impl Document {
-    /// The name of each material, or its number where it has none. The first material of a name keeps it; to the names
-    /// of the others, for which glTF allows the same, a number is added that makes none of the file's names.
+    /// The name of each material, or its index if it has none. glTF allows repeated names: the first material keeps its
+    /// name, and the others get a number that makes it unique.
     pub(super) fn material_names(&self) -> Vec<String> {
-        // Whether the first has it yet, and the last number that was added.
+        // Whether the first has been seen, and the last number that was added.
         let mut given: HashMap<&str, (bool, usize)> =
             self.materials.iter().filter_map(Material::own_name).map(|name| (name, (false, 1))).collect();
         let mut names = Vec::with_capacity(self.materials.len());
@@ -120,7 +120,7 @@ pub(super) struct Node {
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
     pub(super) skin: Option<usize>,
-    /// Weights of morph targets, which replace those of the mesh.
+    /// Weights of morph targets, which override those of the mesh.
     pub(super) weights: Option<Vec<f64>>,
     pub(super) camera: Option<IgnoredAny>,
     pub(super) extensions: NodeExtensions,
@@ -257,7 +257,7 @@ pub(super) struct BufferView {
     pub(super) extensions: BufferExtensions,
 }
 
-/// Extensions of a buffer view or a buffer which say that its bytes are stored elsewhere, compressed.
+/// Extensions of a buffer view or buffer whose bytes are stored elsewhere in compressed form.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct BufferExtensions {

@@ -7,7 +7,7 @@ use super::fault::{Fault, item};
 use crate::scene::mesh::parts::Parts;
 use std::collections::HashSet;
 
-/// The subject of an extension.
+/// The effect of an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ExtensionKind {
     /// The extension is read, with notes about each material that it changes in a way that is lost; or it is a
@@ -19,7 +19,7 @@ pub(super) enum ExtensionKind {
     Materials,
     /// Lights, which are not read: a scene has its own.
     Lights,
-    /// Nothing visible in the rest pose: metadata, sound, physics, behaviour.
+    /// No visible effect in the rest pose: metadata, sound, physics, behaviour.
     Nothing,
     /// The triangles or their positions.
     Geometry,
@@ -65,7 +65,7 @@ const KINDS: [(&str, ExtensionKind); 77] = [
     ("KHR_accessor_float64", ExtensionKind::Geometry),
     ("KHR_animation_pointer", ExtensionKind::Nothing),
     ("KHR_audio_emitter", ExtensionKind::Nothing),
-    // Shapes to collide with, and bodies made of them.
+    // Collision shapes, and bodies made of them.
     ("KHR_collision_shapes", ExtensionKind::Nothing),
     ("KHR_draco_mesh_compression", ExtensionKind::Read),
     ("KHR_gaussian_splatting", ExtensionKind::Geometry),
@@ -140,8 +140,8 @@ fn quoted(name: &str) -> String {
     format!("{:?}", name.chars().take(60).collect::<String>())
 }
 
-/// Returns an error if the document requires an extension that is not read and may change its triangles; adds notes
-/// about the others that are not read, except those in `noted`, which the notes about materials name.
+/// Returns an error if the document requires an extension that is not read and may change its triangles. Adds notes
+/// about other extensions that are not read, except those in `noted`, about which there are notes on materials.
 pub(super) fn check(
     used: &[String],
     required: &[String],
@@ -154,7 +154,7 @@ pub(super) fn check(
             ExtensionKind::Textures => "for textures",
             ExtensionKind::Materials => "for materials",
             ExtensionKind::Lights => "for lights",
-            ExtensionKind::Nothing => "which does not change the picture at rest",
+            ExtensionKind::Nothing => "which does not change the rest pose",
             ExtensionKind::Geometry | ExtensionKind::Unknown => {
                 return Err(Fault::at(
                     format_args!("extensionsRequired[{i}]"),

@@ -1,9 +1,9 @@
-//! Errors and the places of notes in a glTF document.
+//! Errors in a glTF document, and locations for notes.
 
-use crate::scene::mesh::source::Place;
+use crate::scene::mesh::source::FilePosition;
 use std::fmt;
 
-/// An error in a document, with its place.
+/// An error in a document, with its location.
 pub(super) struct Fault {
     pub(super) place: String,
     pub(super) message: String,
@@ -20,7 +20,7 @@ impl Fault {
     }
 }
 
-/// The end of an error about an item that is not there: the number of those that are.
+/// The end of an error about a missing item: the number of existing items.
 pub(super) fn only(count: usize) -> String {
     match count {
         0 => "there are none".into(),
@@ -29,7 +29,7 @@ pub(super) fn only(count: usize) -> String {
     }
 }
 
-/// The place of an item, for a note.
-pub(super) fn item(place: fmt::Arguments<'_>) -> Option<Place> {
-    Some(Place::Item(place.to_string()))
+/// The location of an item, for a note.
+pub(super) fn item(place: fmt::Arguments<'_>) -> Option<FilePosition> {
+    Some(FilePosition::Item(place.to_string()))
 }

@@ -1,13 +1,13 @@
 //! The JSON of a glTF file, and the errors in it.
 
 use super::document::Document;
-use crate::scene::mesh::source::Place;
+use crate::scene::mesh::source::FilePosition;
 use serde::Deserialize;
 use serde_json::{Error, Value};
 
-/// The reason why text is no glTF 2.0.
+/// The reason why text is not glTF 2.0.
 pub(super) struct Unfit {
-    pub(super) place: Option<Place>,
+    pub(super) place: Option<FilePosition>,
     pub(super) message: String,
 }
 
@@ -21,12 +21,12 @@ impl Unfit {
         if text.trim_ascii().is_empty() {
             return Unfit::whole("this is not JSON: it is empty");
         }
-        let end = if error.is_eof() { ": it is cut off" } else { "" };
+        let end = if error.is_eof() { ": it is truncated" } else { "" };
         Unfit::whole(format!("this is not JSON: {}{end}", placed(error)))
     }
 }
 
-/// The part of a document that all versions have in common.
+/// The part of a document that all versions share.
 #[derive(Deserialize)]
 struct Head {
     #[serde(default)]
@@ -36,7 +36,7 @@ struct Head {
 /// Decodes a document of glTF 2.0.
 pub(super) fn decode(text: &[u8]) -> Result<Document, Unfit> {
     let decoded: Result<Document, Error> = serde_json::from_slice(text);
-    // In another version the rest has another shape, which is no error. Only documents with errors are decoded again.
+    // Other versions have another structure, which is no error. Only documents with errors are decoded a second time.
     let version = match &decoded {
         Ok(document) => document.asset.version.clone(),
         Err(_) => version(text)?,
@@ -53,7 +53,7 @@ pub(super) fn decode(text: &[u8]) -> Result<Document, Unfit> {
     }
 }
 
-/// The version of a document, whatever else is in it.
+/// The version of a document, ignoring everything else.
 fn version(text: &[u8]) -> Result<Option<String>, Unfit> {
     match serde_json::from_slice::<Head>(text) {
         Ok(head) => Ok(head.asset.get("version").and_then(Value::as_str).map(str::to_owned)),
@@ -63,13 +63,16 @@ fn version(text: &[u8]) -> Result<Option<String>, Unfit> {
     }
 }
 
-/// The place and the reason of an error in a document that is JSON.
+/// The location and reason of an error in a document that is valid JSON.
 fn shape(text: &[u8], error: &Error) -> Unfit {
-    // Paths take time to keep, and good documents need none.
+    // Tracking paths takes time, and valid documents need none.
     let again: Result<Document, _> =
         serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(text));
     let path = again.err().map(|error| error.path().to_string()).filter(|path| path != ".");
-    Unfit { place: path.map(Place::Item), message: format!("it does not fit glTF 2.0: {}", placed(error)) }
+    Unfit {
+        place: path.map(FilePosition::Item),
+        message: format!("it does not fit glTF 2.0: {}", placed(error)),
+    }
 }
 
 /// An error with its line and its column in brackets.

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-/// A texture, of which only the presence is read.
+/// A texture. Only its presence is read.
 type Texture = Option<IgnoredAny>;
 
 #[derive(Default, Deserialize)]
@@ -83,7 +83,7 @@ struct Extensions {
 }
 
 impl Extensions {
-    /// The names of extensions that change the appearance and are not read.
+    /// The extensions that change the appearance and are not read, by name.
     fn missing(&self) -> impl Iterator<Item = &str> {
         let layers = [
             ("KHR_materials_clearcoat", &self.clearcoat),
@@ -152,7 +152,7 @@ impl Default for Glossy {
     }
 }
 
-/// The factors of extensions that have no effect while their factor is 0, the default of each.
+/// The factors of extensions that have no effect at a factor of 0, their default.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Layer {
@@ -186,7 +186,7 @@ impl Material {
         self.name.as_deref().filter(|name| !name.is_empty())
     }
 
-    /// The material in this program's terms: what transmits light is glass, metal is a mirror, the rest is matte.
+    /// The converted material: transmissive materials become glass, metals become mirrors, and all others matte.
     pub(super) fn read(&self, name: String) -> FileMaterial {
         let [r, g, b, _] = self.base();
         let base = fraction([r, g, b]);
@@ -199,7 +199,7 @@ impl Material {
         } else {
             MaterialKind::Matte(MatteParameters { reflectance: base, roughness: 0.0 })
         };
-        // An emissive texture is often black nearly everywhere: without it, no emission is closer than all of it.
+        // An emissive texture is often mostly black, so that no emission is the better approximation.
         let emission = if self.emissive_texture.is_some() { [0.0; 3] } else { radiance(self.emission()) };
         FileMaterial { name, kind, emission }
     }
@@ -220,14 +220,14 @@ impl Material {
         self.extensions.transmission.transmission_factor >= 0.5
     }
 
-    /// True if it is metal by its factor alone. With a texture the factor is only a maximum.
+    /// Whether its factor makes it a metal. With a texture, the factor is only a maximum.
     fn is_metal(&self) -> bool {
         let Metallic { metallic_factor, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
         let Extensions { glossy, unlit, .. } = &self.extensions;
         glossy.is_none() && unlit.is_none() && *metallic_factor >= 0.5 && metallic_roughness_texture.is_none()
     }
 
-    /// True if it has a texture besides those of extensions that are not read.
+    /// Whether it has a texture, apart from those of extensions that are not read.
     fn has_texture(&self) -> bool {
         let Metallic { base_color_texture, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
         let glossy = self.extensions.glossy.as_ref();
@@ -246,7 +246,7 @@ impl Material {
         .any(Option::is_some)
     }
 
-    /// True if alpha makes some of it invisible.
+    /// Whether alpha makes some of it invisible.
     fn has_alpha(&self) -> bool {
         let alpha = self.base()[3];
         let textured = match &self.extensions.glossy {
@@ -295,7 +295,7 @@ impl Material {
         let is_between = |factor: f64| factor > 0.0 && factor < 1.0;
         note(
             is_between(transmission.transmission_factor),
-            "transmission between 0 and 1 is rounded to all or none",
+            "transmission between 0 and 1 is rounded to 0 or 1",
         );
         if glass {
             note(*roughness_factor > 0.0, "rough glass becomes perfectly smooth");
@@ -314,10 +314,7 @@ impl Material {
             note(true, "unlit materials become matte, and are lit");
         } else {
             let textured = metallic_roughness_texture.is_some();
-            note(
-                !textured && is_between(*metallic_factor),
-                "metalness between 0 and 1 is rounded to all or none",
-            );
+            note(!textured && is_between(*metallic_factor), "metalness between 0 and 1 is rounded to 0 or 1");
             note(self.is_metal() && *roughness_factor > 0.0, "rough metals become perfect mirrors");
             note(
                 textured && *metallic_factor > 0.0,
@@ -331,7 +328,7 @@ impl Material {
 }
 
 impl Glossy {
-    /// True if all of its reflection is specular, as that of metals.
+    /// Whether all of its reflection is specular, as with metals.
     fn is_metal(&self) -> bool {
         let [r, g, b, _] = self.diffuse_factor;
         [r, g, b].iter().all(|&c| c <= 0.0) && self.diffuse_texture.is_none()

@@ -13,7 +13,7 @@ pub(super) struct Offsets {
     pub(super) normals: Option<Vec<DVec3>>,
 }
 
-/// The cost of a target, in bytes, even if its weight is 0.
+/// The cost of a target in bytes, which it has even at weight 0.
 const TARGET: u64 = 16;
 
 /// The cost of a vertex of a target, in bytes.

@@ -1,4 +1,4 @@
-//! Transforms of the nodes of a glTF document, and the meshes that they place.
+//! Transforms of the nodes of a glTF document, and the meshes of nodes.
 
 use super::buffers::Buffers;
 use super::document::{Document, Node};
@@ -8,17 +8,17 @@ use crate::scene::mesh::parts::Parts;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use std::collections::HashMap;
 
-/// A mesh where a node puts it.
+/// A mesh with the transform of its node.
 pub(super) struct Placed {
     pub(super) mesh: usize,
     pub(super) node: usize,
-    /// From the mesh's space to the file's.
+    /// The transform from the mesh's space to the file's.
     pub(super) to_world: DAffine3,
 }
 
 /// The meshes of the document's scene, in the order in which their nodes are found.
 ///
-/// Nodes are a forest: one that is met twice would make a tree without end, or as large as it likes.
+/// Nodes must form a forest: a node with two parents could make the tree infinite or exponentially large.
 pub(super) fn meshes(document: &Document, parts: &mut Parts<'_>) -> Result<Vec<Placed>, Fault> {
     let nodes = &document.nodes;
     let mut placed = Vec::new();
@@ -29,10 +29,10 @@ pub(super) fn meshes(document: &Document, parts: &mut Parts<'_>) -> Result<Vec<P
     while let Some((at, above, is_visible)) = waiting.pop() {
         let wrong = |message: &str| Fault::at(format_args!("nodes[{at}]"), message);
         let Some(node) = nodes.get(at) else {
-            return Err(wrong(&format!("it is no node: {}", only(nodes.len()))));
+            return Err(wrong(&format!("it is not a node: {}", only(nodes.len()))));
         };
         if std::mem::replace(&mut met[at], true) {
-            return Err(wrong("it has more than one parent, or is its own"));
+            return Err(wrong("it has more than one parent, or is its own ancestor ancestor"));
         }
         let to_world = under(above, node).map_err(wrong)?;
         note(node, at, parts);
@@ -89,7 +89,7 @@ fn note(node: &Node, at: usize, parts: &mut Parts<'_>) {
         let last = [m[3], m[7], m[11], m[15] - 1.0];
         last.iter().all(|x| x.abs() <= 1e-4)
     };
-    let message = "matrices whose last row is not 0 0 0 1 are read as if it were";
+    let message = "the last row of matrices is read as 0 0 0 1";
     note(node.matrix.as_ref().is_some_and(|matrix| !is_affine(matrix)), message);
 }
 
@@ -97,7 +97,7 @@ fn note(node: &Node, at: usize, parts: &mut Parts<'_>) {
 fn under(above: DAffine3, node: &Node) -> Result<DAffine3, &'static str> {
     let own = transform(node).ok_or("it has a transform that is not finite")?;
     let to_world = above * own;
-    if to_world.is_finite() { Ok(to_world) } else { Err("it is moved beyond all numbers") }
+    if to_world.is_finite() { Ok(to_world) } else { Err("its transform overflows") }
 }
 
 /// A node's own transform.
@@ -124,7 +124,7 @@ fn moved(translation: DVec3, rotation: [f64; 4], scale: DVec3) -> Option<DAffine
     Some(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
-/// The rest pose of nodes, in the scene or not.
+/// The rest pose of nodes, whether or not they are in the scene.
 pub(super) struct Rest<'d> {
     nodes: &'d [Node],
     parents: Vec<Parent>,
@@ -166,11 +166,11 @@ impl<'d> Rest<'d> {
             }
             let wrong = |message: &str| Fault::at(format_args!("nodes[{at}]"), message);
             next = match self.parents.get(at) {
-                None => return Err(wrong(&format!("it is no node: {}", only(self.nodes.len())))),
+                None => return Err(wrong(&format!("it is not a node: {}", only(self.nodes.len())))),
                 Some(Parent::None) => None,
                 Some(&Parent::One(parent)) if chain.len() < self.nodes.len() => Some(parent),
                 Some(Parent::One(_) | Parent::Several) => {
-                    return Err(wrong("it has more than one parent, or is its own"));
+                    return Err(wrong("it has more than one parent, or is its own ancestor ancestor"));
                 }
             };
             chain.push(at);
@@ -186,7 +186,7 @@ impl<'d> Rest<'d> {
 /// The cost of a copy, in bytes.
 const COPY: u64 = 96;
 
-/// The transforms of a node's mesh: one, or one for each copy by `EXT_mesh_gpu_instancing`.
+/// The transforms of a node's mesh: a single one, or one for each copy by `EXT_mesh_gpu_instancing`.
 pub(super) fn copies(
     document: &Document,
     buffers: &mut Buffers<'_>,

@@ -20,10 +20,10 @@ const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
-/// The numbers of things in a primitive that are not read or repaired, by the message about them, which names the things.
+/// The numbers of items in a primitive that are not read or are repaired, by message.
 pub(super) type Counts = BTreeMap<&'static str, u64>;
 
-/// Counts one more thing of a message.
+/// Counts one more item of a message.
 fn add_one(counts: &mut Counts, message: &'static str) {
     *counts.entry(message).or_default() += 1;
 }
@@ -39,7 +39,7 @@ pub(super) struct Pose<'p> {
     pub(super) joints: Option<Rc<Vec<DAffine3>>>,
 }
 
-/// Adds a primitive's triangles to a part, and counts the things in it that are not read or repaired.
+/// Adds a primitive's triangles to a part, and counts the items in it that are not read or are repaired.
 pub(super) fn add(
     document: &Document,
     buffers: &mut Buffers<'_>,
@@ -158,7 +158,7 @@ pub(super) fn add(
             if !own.is_finite() {
                 add_one(counts, parts::NO_NORMAL);
             } else if normal == DVec3::ZERO {
-                add_one(counts, "normals of length 0 are left out, and shading is flat there");
+                add_one(counts, "normals of length 0 are ignored; shading is flat there");
             }
             narrow(normal.to_array())
         });
@@ -183,7 +183,7 @@ pub(super) fn add(
     for i in 0..count {
         let corners = match mode {
             TRIANGLES => [3 * i, 3 * i + 1, 3 * i + 2],
-            // Every other one is wound the other way.
+            // Every other triangle has the opposite winding.
             STRIP if i % 2 == 1 => [i + 1, i, i + 2],
             STRIP => [i, i + 1, i + 2],
             _ => [0, i + 1, i + 2],
@@ -217,7 +217,7 @@ impl Carrier {
     }
 }
 
-/// True if an accessor has no data in the file: all of its elements are zero.
+/// Whether an accessor has no data in the file: all of its elements are zero.
 fn is_elsewhere(document: &Document, accessor: usize) -> bool {
     let accessor = document.accessors.get(accessor);
     accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())

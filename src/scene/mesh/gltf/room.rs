@@ -1,13 +1,13 @@
-//! The limits of what is made of a glTF document.
+//! Memory limits for the contents of a glTF document.
 
 use crate::scene::mesh::source::Source;
 use crate::shape::MOST_TRIANGLES;
 use std::io::BufRead;
 
-/// The room that is left for what is made of a file: nodes and copies may repeat a mesh, but not without end.
+/// The remaining memory for the contents of a file: nodes and copies may repeat a mesh, but not without limit.
 ///
-/// Vertices, triangles and the rest may take [`FLOOR`] bytes and, besides, [`MOST_REPEATS`] bytes for each byte of the
-/// file and of the files that it names.
+/// Vertices, triangles and everything else may take [`FLOOR`] bytes plus [`MOST_REPEATS`] bytes for each byte of the
+/// file and of the files that it refers to.
 pub(super) struct Room {
     vertices: usize,
     triangles: usize,
@@ -17,8 +17,7 @@ pub(super) struct Room {
 /// Bytes for each byte of a file.
 const MOST_REPEATS: u64 = 64;
 
-/// Bytes for any file, as many as any machine has to spare: a small file may well have a thousand copies of a mesh of
-/// thousands of triangles.
+/// Bytes available to any file: a small file may well have a thousand copies of a mesh of thousands of triangles.
 const FLOOR: u64 = 256 << 20;
 
 impl Room {
@@ -27,17 +26,17 @@ impl Room {
         Room { vertices: MOST_TRIANGLES, triangles: MOST_TRIANGLES, repeats: bytes }
     }
 
-    /// Makes room for what comes of a file beside.
+    /// Adds the allowance for another file.
     pub(super) fn add_file(&mut self, len: u64) {
         self.repeats = self.repeats.saturating_add(len.saturating_mul(MOST_REPEATS));
     }
 
-    /// The cost, in bytes, of sparse vectors, each of which replaces another.
+    /// The cost in bytes of sparse vectors, each of which replaces another.
     pub(super) fn replacing(vectors: usize) -> u64 {
         16 * vectors as u64
     }
 
-    /// Takes room for vertices, triangles, and as much as so many bytes.
+    /// Takes memory for vertices, triangles, and a number of further bytes.
     pub(super) fn take(&mut self, vertices: usize, triangles: usize, more: u64) -> Result<(), String> {
         let bytes = 32 * vertices as u64 + 12 * triangles as u64 + more;
         match (
@@ -51,7 +50,7 @@ impl Room {
             }
             _ => Err(format!(
                 "with it, the file's nodes and copies repeat its meshes to more than {MOST_REPEATS} times its size \
-                 and {} MiB; let entities of the scene place them",
+                 and {} MiB; place them as entities of the scene",
                 FLOOR >> 20
             )),
         }

@@ -15,10 +15,10 @@ const JOINT: u64 = 128;
 /// The cost of a vertex, in bytes, for each set of four joints.
 const VERTEX: u64 = 32;
 
-/// The largest difference from 1 of a sum of weights that rounding explains, even of weights in bytes.
+/// The largest deviation of a sum of weights from 1 that rounding explains, even for weights in bytes.
 const ROUNDING: f64 = 0.02;
 
-/// Skins, each computed when a node first uses it.
+/// Skins, each computed on first use.
 pub(super) struct Skins<'d> {
     document: &'d Document,
     rest: Option<Rest<'d>>,
@@ -42,7 +42,7 @@ impl<'d> Skins<'d> {
         let document = self.document;
         let wrong = |message: String| Fault::at(format_args!("skins[{index}]"), message);
         let Some(Skin { joints, inverse_bind_matrices }) = document.skins.get(index) else {
-            return Err(wrong(format!("it is no skin: {}", only(document.skins.len()))));
+            return Err(wrong(format!("it is not a skin: {}", only(document.skins.len()))));
         };
         if joints.is_empty() {
             return Err(wrong("it has no joints".into()));

@@ -1,7 +1,7 @@
 //! The header of a PLY file: its encoding, its elements and their properties.
 
 use crate::scene::mesh::parts::Parts;
-use crate::scene::mesh::source::{Place, Read_, Source, number, shown, words};
+use crate::scene::mesh::source::{FilePosition, Read_, Source, number, shown, words};
 use std::io::BufRead;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ impl Scalar {
         }
     }
 
-    /// The number that the first bytes stand for. All types fit 64 bits.
+    /// The number in the first bytes. All types fit in 64 bits.
     pub(super) fn decode(self, bytes: &[u8], encoding: Encoding) -> f64 {
         macro_rules! of {
             ($type:ty) => {{
@@ -78,7 +78,7 @@ impl Scalar {
 pub(super) struct Property {
     pub(super) name: Vec<u8>,
     /// The line that declares it.
-    pub(super) place: Option<Place>,
+    pub(super) place: Option<FilePosition>,
     /// The type of a list's length, if it is a list.
     pub(super) length: Option<Scalar>,
     pub(super) scalar: Scalar,
@@ -88,13 +88,13 @@ pub(super) struct Property {
 pub(super) struct Element {
     pub(super) name: Vec<u8>,
     /// The line that declares it.
-    pub(super) place: Option<Place>,
+    pub(super) place: Option<FilePosition>,
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
 }
 
 impl Element {
-    /// The fewest bytes that one takes.
+    /// The minimum number of bytes of an element.
     pub(super) fn least_bytes(&self, encoding: Encoding) -> u64 {
         let one = |property: &Property| match encoding {
             // A digit and a blank.
@@ -109,7 +109,7 @@ impl Element {
     }
 }
 
-/// The most elements, and properties of one: no honest file has more.
+/// The maximum number of elements, and of properties of an element, far beyond that of real files.
 const MOST_PROPERTIES: usize = 1000;
 
 pub(super) fn header<R: BufRead>(
@@ -118,7 +118,7 @@ pub(super) fn header<R: BufRead>(
 ) -> Read_<(Encoding, Vec<Element>)> {
     let mut line = Vec::new();
     if !source.next_line(&mut line)? || words(&line).next() != Some(b"ply") {
-        return Err(source.whole("this is no PLY file: it does not begin with \"ply\""));
+        return Err(source.whole("this is not a PLY file: it does not begin with \"ply\""));
     }
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
@@ -141,7 +141,7 @@ pub(super) fn header<R: BufRead>(
             }
             [b"element", name, count] => {
                 let Some(count) = number(count) else {
-                    return Err(source.on_line(format!("{} is no number of elements", shown(count))));
+                    return Err(source.on_line(format!("{} is not a number of elements", shown(count))));
                 };
                 let (name, place) = (name.into(), source.line());
                 elements.push(Element { name, place, count, properties: Vec::new() });
@@ -153,7 +153,7 @@ pub(super) fn header<R: BufRead>(
                 let (length, scalar) = match of {
                     [one] => (None, scalar(one)?),
                     [b"list", length, each] => (Some(scalar(length)?), scalar(each)?),
-                    _ => return Err(source.on_line("a property is a type and a name, or a list of such")),
+                    _ => return Err(source.on_line("a property needs a type and a name")),
                 };
                 let Some(element) = elements.last_mut() else {
                     return Err(source.on_line("a property before the first element"));
@@ -167,8 +167,8 @@ pub(super) fn header<R: BufRead>(
             [b"format" | b"element" | b"property" | b"end_header", ..] => {
                 return Err(source.on_line(format!("unknown header line {}", shown(&line))));
             }
-            // Such as the name of a program, written without the "comment" before it.
-            _ => parts.note("header lines that stride does not know are ignored", source.line()),
+            // For example, the name of a program without "comment" before it.
+            _ => parts.note("unknown header lines are ignored", source.line()),
         }
         if elements.len() > MOST_PROPERTIES {
             return Err(source.on_line("more than 1,000 kinds of elements"));

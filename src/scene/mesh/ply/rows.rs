@@ -1,28 +1,27 @@
-//! Elements of a PLY file as they stand in it, in text and in binary.
+//! Elements of a PLY file, in text and in binary.
 //!
-//! In text, numbers are between blanks. As a rule each element has a line. Where one has not, because it is split over
-//! several lines or is joined with another on one, elements are read number by number, whatever lines they are in. Where
-//! each has ([`lines::correspond`]), more numbers on its line than the header gives it properties are ignored, as other
-//! readers do; the first line that has more decides for the rest of the file, which is looked through once for this.
-//! Either leaves a note.
+//! In text, numbers are separated by blanks, and usually each element has a line. Where elements are split or joined
+//! across lines, they are read number by number. Where each has a line ([`lines::correspond`]), surplus numbers at its
+//! end are ignored, as in other readers. The first line with surplus numbers decides for the rest of the file, which is
+//! scanned once for this. Both cases add a note.
 
 use super::header::{Element, Encoding, Property};
 use super::lines;
 use crate::scene::mesh::parts::Parts;
-use crate::scene::mesh::source::{Place, Read_, Source, number_or_nan, shown};
+use crate::scene::mesh::source::{FilePosition, Read_, Source, number_or_nan, shown};
 use std::io::BufRead;
 
-/// Bytes of a list that are read at once; a multiple of every number's size.
+/// The number of bytes of a list that are read at once; a multiple of every number's size.
 const PIECE: usize = 1 << 16;
 
-/// Where the elements of text are.
+/// The correspondence of elements and lines.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Layout {
-    /// Each so far has a line.
+    /// So far, each element has a line.
     Unknown,
-    /// Each has a line, some with further numbers.
+    /// Each element has a line, some with surplus numbers.
     Lines,
-    /// Some have no line of their own.
+    /// Some elements have no line of their own.
     Free,
 }
 
@@ -31,22 +30,22 @@ pub(super) struct Rows<'e> {
     pub(super) encoding: Encoding,
     /// The elements of the header, all of which are read in this order.
     elements: &'e [Element],
-    /// The number of elements with properties of which the reading has begun, in text.
+    /// In text, the number of elements with properties that have been started.
     begun: u64,
     layout: Layout,
     /// A line, or an element's bytes.
     buffer: Vec<u8>,
     /// The number of bytes of the line that were read.
     read: usize,
-    /// Elements of text that do not have a line each, and where the first begins.
+    /// The number of text elements without a line of their own, and the location of the first.
     astray: u64,
-    first_astray: Option<Place>,
-    /// Lines of text with more numbers than their element has, and the first of them.
+    first_astray: Option<FilePosition>,
+    /// The number of lines with surplus numbers, and the location of the first.
     surplus: u64,
-    first_surplus: Option<Place>,
-    /// One number for each property; a list's is its length.
+    first_surplus: Option<FilePosition>,
+    /// One number for each property; for a list, its length.
     pub(super) scalars: Vec<f64>,
-    /// The elements of the list that was asked for.
+    /// The elements of the requested list.
     pub(super) list: Vec<f64>,
 }
 
@@ -108,7 +107,7 @@ impl<'e> Rows<'e> {
             line = line.or(source.line());
             self.scalars.push(value);
             if property.length.is_some() {
-                // As many as the file has: a length that lies runs out of words.
+                // Bounded by the file: with a wrong length, the words run out.
                 let Some(length) = length(value) else {
                     let is_astray = follows || line != source.line();
                     let first = self.first_astray.take().or(line.filter(|_| is_astray));
@@ -130,20 +129,20 @@ impl<'e> Rows<'e> {
         Ok(())
     }
 
-    /// Notes what is odd about the elements as a whole, and what follows the last one.
+    /// Notes irregularities of the elements, and data after the last one.
     pub(super) fn finish<R: BufRead>(
         &mut self,
         source: &mut Source<'_, R>,
         parts: &mut Parts<'_>,
     ) -> Read_<()> {
-        let message = "elements that do not have a line of their own are read number by number";
+        let message = "elements not on lines of their own are read number by number";
         parts.note_several(message, self.astray, self.first_astray.take());
         if self.layout == Layout::Lines && self.skip_blanks() {
             self.skip_line(source);
         }
-        let message = "lines of elements with more numbers than the header gives them properties are read without these";
+        let message = "surplus numbers at the end of an element's line are ignored";
         parts.note_several(message, self.surplus, self.first_surplus.take());
-        let left_over = "what follows the last element is ignored";
+        let left_over = "data after the last element is ignored";
         if self.encoding != Encoding::Text {
             parts.note_several(left_over, u64::from(source.left() > 0), source.byte());
             return Ok(());
@@ -155,20 +154,20 @@ impl<'e> Rows<'e> {
             }
         }
         if self.astray > 0 {
-            return Err(source.on_line("there are more numbers than the elements of the header have"));
+            return Err(source.on_line("there are more numbers than the header declares"));
         }
         parts.note(left_over, source.line());
         Ok(())
     }
 
-    /// Passes over blanks in a line of text, and says whether anything follows them.
+    /// Skips blanks in a line of text, and returns whether anything follows them.
     fn skip_blanks(&mut self) -> bool {
         let blanks = self.buffer[self.read..].iter().take_while(|byte| byte.is_ascii_whitespace());
         self.read += blanks.count();
         self.read < self.buffer.len()
     }
 
-    /// Passes over the rest of a line of text, in which there are further numbers.
+    /// Skips the rest of a line of text with surplus numbers.
     fn skip_line<R: BufRead>(&mut self, source: &Source<'_, R>) {
         self.read = self.buffer.len();
         self.surplus += 1;
@@ -180,13 +179,13 @@ impl<'e> Rows<'e> {
         while !self.skip_blanks() {
             self.read = 0;
             if !source.next_line(&mut self.buffer)? {
-                return Err(source.whole("the file ends before its last element: it is cut off"));
+                return Err(source.whole("the file ends before its last element: it is truncated"));
             }
         }
         let rest = &self.buffer[self.read..];
         let word = rest.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         self.read += word.len();
-        number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
+        number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is not a number", shown(word))))
     }
 
     fn next_binary<R: BufRead>(
@@ -212,7 +211,7 @@ impl<'e> Rows<'e> {
                         source.left()
                     )));
                 }
-                // Piece by piece, for a list may be as long as the file.
+                // In pieces, as a list may be as long as the file.
                 let mut left = count as usize * size;
                 while left > 0 {
                     self.buffer.resize(left.min(PIECE), 0);
@@ -229,15 +228,15 @@ impl<'e> Rows<'e> {
     }
 }
 
-/// The length of a list for which a number stands.
+/// The length of a list, from a number.
 fn length(value: f64) -> Option<u64> {
     (value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0).then_some(value as u64)
 }
 
-/// The message about a number that is no length of a list; `astray` is the first place from which on elements do not have
-/// a line of text each.
-fn no_length(list: &Property, value: f64, astray: Option<Place>) -> String {
-    let message = format!("{value} is no length of the list {}", shown(&list.name));
+/// The message about an invalid length of a list; `astray` is the location of the first text element without a line of
+/// its own.
+fn no_length(list: &Property, value: f64, astray: Option<FilePosition>) -> String {
+    let message = format!("{value} is not a length of the list {}", shown(&list.name));
     match astray {
         None => message,
         Some(first) => format!(

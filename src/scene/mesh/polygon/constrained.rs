@@ -1,35 +1,35 @@
 //! Polygons whose outline touches itself, by a constrained Delaunay triangulation of their corners.
 //!
-//! Every side of the polygon is an edge of this triangulation, or several. From one of its triangles to the next, the
-//! number of times that the outline goes round changes by how often the edge between them is walked one way, less how
-//! often it is walked the other. So bridges and spikes, which are walked to and fro, change nothing, and what the
-//! outline goes round once is inside.
+//! Every side of the polygon is one or several edges of this triangulation. Between two adjacent triangles, the winding
+//! number changes by the number of times that the outline passes their edge in one direction minus that in the other.
+//! Bridges and spikes, passed in both directions, therefore change nothing, and triangles with the winding number 1 are
+//! inside.
 
 use glam::DVec2;
 use spade::handles::{FixedDirectedEdgeHandle, FixedUndirectedEdgeHandle, FixedVertexHandle};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
-/// The triangles that a polygon was cut into.
+/// The triangulation of a polygon.
 pub(super) struct Inside {
-    /// Corners, by their numbers in the polygon.
+    /// Triangles of corner indices in the polygon.
     pub(super) triangles: Vec<[usize; 3]>,
-    /// True if the outline goes round everything once or not at all.
+    /// Whether all winding numbers are 0 or 1.
     pub(super) once: bool,
 }
 
-/// The number of times that sides are bent to meet the corners that they touch but for rounding, before the polygon is
-/// given up.
+/// The maximum number of times that sides are routed through corners that they touch within rounding, before the
+/// polygon is rejected.
 const MOST_ROUNDS: usize = 8;
 
-/// Corners in one place that are looked at for the one on whose side a triangle lies.
+/// The maximum number of coincident corners that are examined for the one whose inside a triangle is in.
 const MOST_ASKED: usize = 16;
 
-/// Cuts a counter-clockwise polygon. `numbers` are the vertices of its corners: which of those in one place a triangle
-/// gets is of no importance if they are the same vertex. Sides may cross corners by no more than `tolerance`; a polygon
-/// whose outline crosses itself farther is given up.
+/// Triangulates a counter-clockwise polygon. `numbers` are the vertices of its corners; coincident corners of one
+/// vertex are interchangeable. Sides may cross corners by at most `tolerance`; a polygon whose outline crosses itself
+/// farther is rejected.
 pub(super) fn triangulate(flat: &[DVec2], numbers: &[u32], tolerance: f64) -> Option<Inside> {
     let (low, high) = flat.iter().fold((flat[0], flat[0]), |(low, high), p| (low.min(*p), high.max(*p)));
-    // A power of two, which takes the size to about one and no corner from where it is.
+    // A power of two, which scales the size to about one without rounding.
     let exponent = (high - low).max_element().to_bits() >> 52;
     let scale = f64::from_bits(0x7fe_u64.saturating_sub(exponent) << 52);
     let flat: Vec<DVec2> = flat.iter().map(|p| (*p - low) * scale).collect();
@@ -55,19 +55,19 @@ fn vertex(place: usize) -> FixedVertexHandle {
 }
 
 enum Constrained {
-    /// All sides are edges: these.
+    /// All sides are edges.
     Fully(Vec<FixedDirectedEdgeHandle>),
-    /// Some sides cross others by a rounding error; so they do not if they go by way of the corners that they touch.
+    /// Some sides cross others within rounding; routed through the corners that they touch, they would not.
     ButFor(Vec<[usize; 2]>),
 }
 
 /// Makes edges of sides; `None` if some cross.
 fn constrain(delaunay: &mut Delaunay, sides: &[[usize; 2]], tolerance: f64) -> Option<Constrained> {
-    // Neighbours cross what their neighbours crossed. In an order that jumps around, few edges are crossed by many.
+    // Neighbouring sides cross the same edges. In a scattered order, few edges are crossed often.
     let mut order: Vec<usize> = (0..sides.len()).collect();
     order.sort_by_key(|&side| (side as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut edges = vec![Vec::new(); sides.len()];
-    // By side, and by edge: the corners that they are to go through.
+    // By side, and by edge: the corners to route through.
     let mut through = vec![Vec::new(); sides.len()];
     let mut of_edge: Vec<(FixedUndirectedEdgeHandle, usize)> = Vec::new();
     let mut crossings = 0;
@@ -141,18 +141,18 @@ fn distance(p: DVec2, [from, to]: [DVec2; 2]) -> f64 {
     p.distance(from + along * share)
 }
 
-/// A polygon's corners by their places, of which those that coincide have one.
+/// A polygon's corners, with coincident ones merged into places.
 struct Outline<'a> {
     flat: &'a [DVec2],
     numbers: &'a [u32],
-    /// The corners, sorted by place, and the first of each place among them.
+    /// The corners sorted by place, and the first of each place among them.
     sorted: Vec<usize>,
     first: Vec<usize>,
     /// The first corner in each place.
     places: Vec<usize>,
     /// The place of each corner.
     place: Vec<usize>,
-    /// The corner before each that is in another place, and the one after.
+    /// The previous and the next corner in another place, for each corner.
     before: Vec<usize>,
     after: Vec<usize>,
 }
@@ -174,7 +174,7 @@ impl<'a> Outline<'a> {
             }
             place[corner] = places.len() - 1;
         }
-        // Twice round, so that those before the first are known.
+        // Twice around, so that the predecessors of the first are known.
         let (mut before, mut after) = (vec![0; n], vec![0; n]);
         let (mut last, mut next) = (0, 0);
         for i in (0..n).chain(0..n) {
@@ -188,14 +188,14 @@ impl<'a> Outline<'a> {
         Outline { flat, numbers, sorted, first, places, place, before, after }
     }
 
-    /// From place to place, once around.
+    /// The sides from place to place, once around.
     fn sides(&self) -> Vec<[usize; 2]> {
         let n = self.place.len();
         let sides = (0..n).map(|i| [self.place[i], self.place[(i + 1) % n]]);
         sides.filter(|[from, to]| from != to).collect()
     }
 
-    /// The triangles that the outline goes round, of which the edges are given that the sides are.
+    /// The triangles inside the outline, given the edges of its sides.
     fn inside(&self, delaunay: &Delaunay, sides: &[FixedDirectedEdgeHandle]) -> Inside {
         let mut walked = vec![0_i64; delaunay.num_undirected_edges()];
         let sign = |edge: FixedDirectedEdgeHandle| match edge == edge.as_undirected().as_directed() {
@@ -209,7 +209,7 @@ impl<'a> Outline<'a> {
         let mut times = vec![None; delaunay.num_all_faces()];
         let outer = delaunay.outer_face();
         times[outer.index()] = Some(0_i64);
-        // Edges with a triangle on their left of which it is known how often it is gone round.
+        // Edges whose left triangle has a known winding number.
         let mut edges: Vec<_> = delaunay.convex_hull().collect();
         while let Some(edge) = edges.pop() {
             let known = times[edge.face().index()].unwrap_or_default();
@@ -235,7 +235,7 @@ impl<'a> Outline<'a> {
         inside
     }
 
-    /// The corners of a triangle of places: of those in one place the one whose inside the triangle is.
+    /// The corners of a triangle of places: among coincident corners, the one whose inside contains the triangle.
     fn corners(&self, places: [usize; 3]) -> [usize; 3] {
         let middle = places.iter().map(|&place| self.flat[self.places[place]]).sum::<DVec2>() / 3.0;
         places.map(|place| {
@@ -249,7 +249,7 @@ impl<'a> Outline<'a> {
         })
     }
 
-    /// True if a point is between the two sides of a corner, on the left of them.
+    /// Whether a point is between the two sides of a corner, on their left.
     fn faces(&self, corner: usize, point: DVec2) -> bool {
         let [before, at, after] = [self.before[corner], corner, self.after[corner]].map(|i| self.flat[i]);
         let left_of = |from: DVec2, to: DVec2| (to - from).perp_dot(point - from) > 0.0;

@@ -1,4 +1,4 @@
-//! Polygons of all kinds that have an area, against the formula for it.
+//! Polygons of all kinds, compared with the area formula.
 
 use super::*;
 use crate::sampling::Stream;
@@ -6,7 +6,7 @@ use glam::DMat3;
 use rand::RngExt;
 use std::f64::consts::TAU;
 
-/// A polygon in space, and what it is cut into.
+/// A polygon in space, and its triangulation.
 struct Polygon {
     corners: Vec<u32>,
     positions: Vec<[f32; 3]>,
@@ -41,7 +41,7 @@ impl Polygon {
         (cut, triangles)
     }
 
-    /// The area of the polygon that triangles miss, and the area of those that are turned over, as shares of it.
+    /// The fraction of the area that triangles miss, and that of reversed triangles.
     fn errors(&self, triangles: &[[u32; 3]]) -> [f64; 2] {
         let normal = self.doubled().normalize();
         let area = |&corners: &[u32; 3]| {
@@ -68,7 +68,7 @@ impl Polygon {
     }
 }
 
-/// The first ear of all corners again and again, each asked about all others: what was done at first.
+/// Reference implementation: repeatedly clips the first ear, testing each corner against all others.
 fn slow_ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
     let mut triangles = Vec::new();
     let mut left: Vec<usize> = (0..flat.len()).collect();
@@ -89,7 +89,7 @@ fn slow_ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// A polygon around the origin whose corners are seen from there in order.
+/// A star-shaped polygon around the origin.
 fn star(n: usize, low: f64, high: f64, stream: &mut Stream) -> Vec<DVec2> {
     let at = |i: usize, stream: &mut Stream| {
         let angle = TAU * (i as f64 + 0.9 * stream.random::<f64>()) / n as f64;
@@ -99,14 +99,14 @@ fn star(n: usize, low: f64, high: f64, stream: &mut Stream) -> Vec<DVec2> {
 }
 
 #[test]
-fn ears_are_those_that_were_always_cut() {
+fn ears_are_those_of_the_reference_implementation() {
     let stream = &mut Stream::new(41, 0, 0);
     for i in 0..600 {
         let n = stream.random_range(4..60);
         let mut points = match i % 3 {
             0 => star(n, 1.0, 1.0 + 1e-9, stream),
             1 => star(n, 0.1, 1.0, stream),
-            // On a lattice: corners that coincide, sides on one line, crossings.
+            // On a lattice: coincident corners, collinear sides, crossings.
             _ => (0..n)
                 .map(|_| DVec2::new(stream.random_range(0..5).into(), stream.random_range(0..5).into()))
                 .collect(),
@@ -127,7 +127,7 @@ fn holes_spikes_and_touching_corners_have_no_area() {
         // A keyhole, from two corners of the outline.
         (vec![a, b, c, d, a, p, q, r, s, p], 12.0),
         (vec![a, p, q, r, s, p, a, b, c, d], 12.0),
-        // Two holes, the second by way of the first.
+        // Two holes, the second connected by way of the first.
         (
             vec![
                 a,
@@ -166,7 +166,7 @@ fn holes_spikes_and_touching_corners_have_no_area() {
     ] {
         let polygon = Polygon::flat(&points);
         if area.is_nan() {
-            // Gone round twice: nothing is right, and it is said so.
+            // With the winding number 2: there is no correct result, and this is reported.
             assert_eq!(polygon.cut().0, Cut::Crossed);
             continue;
         }
@@ -182,7 +182,7 @@ fn holes_spikes_and_touching_corners_have_no_area() {
 }
 
 #[test]
-fn corners_on_one_line_are_told_and_cut_all_the_same() {
+fn collinear_corners_are_reported_and_triangulated() {
     for points in [vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0]], vec![[1.0, 1.0]; 5]] {
         let (cut, triangles) = Polygon::flat(&points).cut();
         assert_eq!((cut, triangles.len()), (Cut::Flat, points.len() - 2));
@@ -190,13 +190,13 @@ fn corners_on_one_line_are_told_and_cut_all_the_same() {
 }
 
 #[test]
-fn outlines_that_cross_themselves_are_told() {
+fn self_intersecting_outlines_are_reported() {
     let (cut, triangles) = Polygon::flat(&[[0.0, 0.0], [4.0, 3.0], [4.0, 0.0], [0.0, 4.0]]).cut();
     assert_eq!((cut, triangles.len()), (Cut::Crossed, 2));
 }
 
-/// A random polygon that touches itself: a plate whose right side is a chain of corners, each above the last, with
-/// holes in rows, to which bridges lead from the left side, spikes, and corners that are repeated.
+/// A random polygon that touches itself: a plate whose right side is a chain of corners, each above the last, with rows
+/// of holes connected by bridges to the left side, spikes, and repeated corners.
 fn weakly_simple(stream: &mut Stream) -> Vec<DVec2> {
     let rows = stream.random_range(0..5_usize);
     let height = rows as f64 + 1.0;
@@ -223,7 +223,7 @@ fn weakly_simple(stream: &mut Stream) -> Vec<DVec2> {
         let (mut back, mut from) = (vec![left], 0.0);
         for hole in 0..stream.random_range(1..4) {
             let radius = stream.random_range(0.1..0.4);
-            // Some bridges have no length: the hole touches what is before it.
+            // Some bridges have length zero: the hole touches the previous one.
             let gap = if stream.random_range(0..4) == 0 { 0.0 } else { stream.random_range(0.1..1.0) };
             let (first, last) = (left.x + from + gap, left.x + from + gap + 2.0 * radius);
             let at = |x: f64, y: f64| DVec2::new(x, left.y + y);
@@ -255,7 +255,7 @@ fn weakly_simple(stream: &mut Stream) -> Vec<DVec2> {
 }
 
 #[test]
-fn polygons_that_touch_themselves_are_cut_right_in_any_place_and_size() {
+fn polygons_that_touch_themselves_are_triangulated_at_any_position_and_size() {
     let stream = &mut Stream::new(42, 0, 0);
     let (mut cut, mut by_ears) = (0, 0);
     for i in 0..3000 {
@@ -279,12 +279,12 @@ fn polygons_that_touch_themselves_are_cut_right_in_any_place_and_size() {
         let ears: Vec<_> = ears.into_iter().map(|corners| corners.map(|i| i as u32)).collect();
         by_ears += usize::from(polygon.errors(&ears)[1] < 1e-5);
     }
-    // Negative control: ears alone are wrong about many, and about more than what has holes only.
+    // Negative control: ear clipping alone fails for many, and for more than those with holes only.
     assert!(cut == 3000 && (100..2000).contains(&by_ears), "{by_ears} of {cut} by their ears");
 }
 
 #[test]
-fn simple_polygons_of_many_corners_are_cut_right() {
+fn simple_polygons_of_many_corners_are_triangulated() {
     let stream = &mut Stream::new(43, 0, 0);
     let ring = star(10_000, 0.2, 1.0, stream);
     Polygon::of(&ring, |p| p.extend(0.0)).is_cut_right();
@@ -300,7 +300,7 @@ fn simple_polygons_of_many_corners_are_cut_right() {
     let teeth = (0..20_000).rev().flat_map(tooth);
     let comb: Vec<_> = [[0.0, 0.0], [20_000.0, 0.0]].into_iter().chain(teeth).collect();
     Polygon::flat(&comb).is_cut_right();
-    // A fan is right about what is convex, however many corners it has.
+    // A fan is correct for convex polygons of any number of corners.
     let convex = star(5000, 1.0, 1.0 + 1e-12, stream);
     let polygon = Polygon::of(&convex, |p| p.extend(0.0));
     assert_eq!(polygon.cut().1[..2], [[0, 1, 2], [0, 2, 3]]);
@@ -308,8 +308,8 @@ fn simple_polygons_of_many_corners_are_cut_right() {
 }
 
 #[test]
-fn triangles_have_the_corners_on_their_side_of_a_bridge() {
-    // The corners of the bridge have a vertex for each way that it is walked.
+fn triangles_use_the_corners_on_their_side_of_a_bridge() {
+    // The corners of the bridge have a vertex for each direction.
     let points = [
         [0.0, 0.0],
         [4.0, 0.0],

@@ -1,4 +1,4 @@
-//! glTF as text and as `.glb`: what nodes, accessors and materials say.
+//! glTF as text and as `.glb`: nodes, accessors and materials.
 
 use super::*;
 use data_encoding::BASE64;
@@ -150,7 +150,7 @@ pub(super) fn binary() -> Vec<u8> {
     bytes
 }
 
-/// A square, placed twice: turned, and mirrored by a matrix; a red metal and glass.
+/// A square with two instances: rotated, and mirrored by a matrix; a red metal and glass.
 pub(super) fn document() -> Value {
     json!({
         "asset": { "version": "2.0" },
@@ -226,7 +226,7 @@ pub(super) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
     file
 }
 
-/// As text, its buffer in a URI.
+/// As text, with its buffer in a URI.
 pub(super) fn with_data() -> Vec<u8> {
     let mut document = document();
     let data = format!("data:application/octet-stream;base64,{}", BASE64.encode(&binary()));
@@ -240,7 +240,7 @@ fn near(a: [f32; 3], b: [f32; 3]) {
 }
 
 #[test]
-fn nodes_put_triangles_where_they_belong() {
+fn nodes_transform_triangles() {
     let mesh = read_bytes("a.glb", &glb(&document(), &binary())).expect("a mesh");
     // The square twice, and once as a fan without material.
     assert_eq!((mesh.positions.len(), mesh.triangles.len()), (12, 6));
@@ -286,12 +286,12 @@ fn parts_have_the_materials_of_the_file() {
             "thin-walled glass becomes solid, and refracts: 1, in materials[1]",
         ]
     );
-    // Where it shines is not known.
+    // The distribution of the emission is unknown.
     let mut document = document();
     document["materials"][1]["emissiveTexture"] = json!({ "index": 0 });
     let dark = read_split("a.glb", &glb(&document, &binary()), &Split::Materials).expect("a file");
     assert_eq!((&dark.materials[1].kind, dark.materials[1].emission), (&glass, [0.0; 3]));
-    assert!(dark.notes.iter().any(|note| note.message == "materials that emit by a texture do not emit"));
+    assert!(dark.notes.iter().any(|note| note.message == "materials with an emission texture do not emit"));
     // By the names of nodes and meshes.
     let split = Split::Named(vec!["window".into(), "turned".into()]);
     let file = read_split("a.glb", &glb(&self::document(), &binary()), &split).expect("a file");
@@ -301,7 +301,7 @@ fn parts_have_the_materials_of_the_file() {
 }
 
 #[test]
-fn materials_of_one_name_stay_apart() {
+fn materials_with_one_name_stay_separate() {
     let names = [
         json!("Material"),
         json!(null),
@@ -329,7 +329,7 @@ fn materials_of_one_name_stay_apart() {
     let file = read_split("a.glb", &glb(&document, &binary()), &Split::Materials).expect("a file");
     let unique = [
         "Material",
-        // Another is called so, and keeps its name.
+        // Another has this name, and keeps it.
         "material 1 (2)",
         "Material (3)",
         "Material (2)",
@@ -350,7 +350,7 @@ fn materials_of_one_name_stay_apart() {
 }
 
 #[test]
-fn buffers_may_be_files_beside() {
+fn buffers_may_be_separate_files() {
     let folder = tempfile::tempdir().unwrap();
     let mut document = document();
     document["buffers"][0]["uri"] = "the%20square.bin".into();
@@ -362,14 +362,14 @@ fn buffers_may_be_files_beside() {
     let side = folder.path().join("the square.bin");
     std::fs::write(&side, &binary()[..100]).unwrap();
     let error = read().unwrap_err();
-    assert!(error.contains("100 bytes of 108: it is cut off"), "{error}");
+    assert!(error.contains("100 bytes of 108: it is truncated"), "{error}");
     std::fs::write(&side, binary()).unwrap();
     let file = read().unwrap();
     assert_eq!(file.parts[0].1.triangles.len(), 6);
 }
 
 #[test]
-fn a_small_file_repeats_its_meshes_within_limits() {
+fn instances_in_a_small_file_are_limited() {
     let placed = |nodes: usize| {
         let mut growing = Growing::new();
         let positions = growing.sparse(100_000, &[1, 2], &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);

@@ -1,4 +1,4 @@
-//! The limits on a mesh for the size of its file, and the room that large files must have.
+//! Limits on a mesh relative to the size of its file, and large files that must be accepted.
 
 use super::*;
 use serde_json::json;
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 #[test]
-fn large_buffers_beside_a_small_document_count_for_it() {
+fn separate_buffers_increase_the_limit() {
     // Every vertex is a corner of a triangle: others would be dropped.
     let count: usize = 139_998;
     let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -28,7 +28,7 @@ fn large_buffers_beside_a_small_document_count_for_it() {
 }
 
 #[test]
-fn a_position_of_many_normals_takes_no_more_time_than_others() {
+fn a_position_with_many_normals_takes_linear_time() {
     let count = 200_000;
     let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     (0..count).for_each(|i| writeln!(text, "vn {i} 0 1").unwrap());
@@ -40,12 +40,12 @@ fn a_position_of_many_normals_takes_no_more_time_than_others() {
     for (i, triangle) in mesh.triangles.iter().enumerate() {
         assert_eq!(mesh.normals[triangle[0] as usize], [(i % count) as f32, 0.0, 1.0]);
     }
-    // A chain of them all is walked for minutes.
+    // Searching one long chain would take minutes.
     assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
 }
 
 #[test]
-fn lines_are_as_long_in_pieces_as_in_one() {
+fn continued_lines_have_the_same_length_limit() {
     let read = |blanks: usize, between: &str| {
         let blanks = " ".repeat(blanks);
         let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3{blanks}{between}{blanks}1\n");
@@ -59,7 +59,7 @@ fn lines_are_as_long_in_pieces_as_in_one() {
 }
 
 #[test]
-fn what_leaves_nothing_behind_takes_room_too() {
+fn empty_items_count_against_the_limit() {
     // Primitives without vertices, and one long name that all of them have.
     for (nodes, primitives, name) in [(1100, 1000, "a".to_owned()), (1, 3000, "a".repeat(100_000))] {
         let document = json!({

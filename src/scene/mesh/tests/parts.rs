@@ -1,4 +1,4 @@
-//! Groups and materials: what becomes a mesh of its own, and what MTL colours become.
+//! Groups and materials: separate meshes, and the conversion of MTL colours.
 
 use super::*;
 
@@ -45,7 +45,7 @@ fn materials(mtl: &str) -> Result<MeshFile, String> {
 }
 
 #[test]
-fn colours_are_matte_mirror_and_glass() {
+fn mtl_materials_become_matte_mirror_and_glass() {
     let file = materials("newmtl Red Paint\nKd 0.8 0.1 0.2\nNs 10\nnewmtl Clear\nd 0.1\nNi 1.4\n").unwrap();
     assert_eq!(counts(&file), [("Red Paint", 3, 2), ("Clear", 3, 1)]);
     let kind = |text: &str| {
@@ -65,30 +65,30 @@ fn colours_are_matte_mirror_and_glass() {
     assert_eq!(kind("Kd 0.5 0.5 0.5\nKs 0.75 0.5 0.25\nillum 3"), mirror([0.75, 0.5, 0.25]));
     assert_eq!(kind("Kd 0 0 0\nKs 1 1 1"), mirror([1.0; 3]));
     assert_eq!(kind("illum 7\nNi 2.5\nTf 0.5 1 1"), glass(2.5, [0.5, 1.0, 1.0]));
-    // A model says how light comes through, not that it does: Maya gives this one to all that is opaque.
+    // An illumination model says how light is transmitted, not whether: Maya writes this one for all opaque materials.
     assert_eq!(kind("illum 4\nKd 0.75 0.25 0.25\nKa 0 0 0\nTf 1 1 1\nNi 1"), matte([0.75, 0.25, 0.25]));
     assert_eq!(kind("illum 9\nKd 0.5"), matte([0.5; 3]));
     assert_eq!(kind("illum 4\nTf 0 0 0\nNi 0"), matte([0.8; 3]));
     assert_eq!(kind("illum 4\nNi 1.5\nd 1"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("illum 4\nNi 1\nTf 0.5 1 1"), glass(1.5, [0.5, 1.0, 1.0]));
     assert_eq!(kind("illum 4\nNi 1\nd 0"), glass(1.5, [1.0; 3]));
-    // What it says with the usual one does not count: Blender gives an index to everything.
+    // With the usual model, the index has no effect: Blender writes one for everything.
     assert_eq!(kind("illum 2\nNi 1.45\nKd 0.5"), matte([0.5; 3]));
-    // Exporters disagree about what a Tr of 1 is.
+    // Exporters disagree about the meaning of a Tr of 1.
     for both in ["d 1\nTr 1", "Tr 1\nd 1"] {
         assert_eq!(kind(both), matte([0.8; 3]));
     }
     assert_eq!(kind("Tr 0.75"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("d -halo 0.25"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("Kd 1 1 1\nKe 2 3 4").1, [2.0, 3.0, 4.0]);
-    // Where it shines is not known: in either order, and in this material alone.
+    // The distribution of the emission is unknown: in either order, and for this material alone.
     assert_eq!(kind("map_Ke lamp.png\nKe 2 3 4").1, [0.0; 3]);
     assert_eq!(kind("Ke 2 3 4\nmap_Ke lamp.png\nnewmtl b").1, [0.0; 3]);
     assert_eq!(kind("Ke 2 3 4\nmap_Kd wood.png\nnewmtl b\nmap_Ke lamp.png").1, [2.0, 3.0, 4.0]);
 }
 
 #[test]
-fn what_materials_lose_is_told() {
+fn losses_of_materials_are_noted() {
     let noted = |mtl: &str| {
         let file = materials(&format!("newmtl Red Paint\nnewmtl Clear\n{mtl}")).unwrap();
         file.notes.iter().map(Note::to_string).collect::<Vec<_>>()
@@ -120,7 +120,7 @@ fn what_materials_lose_is_told() {
             "Pr 0\nPm 0.5\n",
             "roughness, metalness, sheen and coats (Pr, Pm, Ps, Pc, aniso) are not read: 1, in line 4 of colours.mtl",
         ),
-        ("gloss 1\n", "statements that stride does not know are ignored: 1, in line 3 of colours.mtl"),
+        ("gloss 1\n", "unknown statements are ignored: 1, in line 3 of colours.mtl"),
     ] {
         assert_eq!(noted(mtl), [note]);
     }
@@ -128,7 +128,7 @@ fn what_materials_lose_is_told() {
     assert_eq!(mark.materials[0].name, "Red Paint");
     assert_eq!(
         mark.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
-        ["materials that are in no library are left to the scene: 1, in line 9"]
+        ["materials missing from the libraries come from the scene: 1, in line 9"]
     );
 }
 
@@ -144,7 +144,7 @@ fn a_byte_order_mark_may_come_before_the_name_of_a_library() {
 }
 
 #[test]
-fn repairs_of_materials_are_told() {
+fn repairs_of_materials_are_noted() {
     let noted = |mtl: &str| {
         let file = materials(&format!("newmtl Red Paint\nnewmtl Clear\n{mtl}")).unwrap();
         file.notes.iter().map(Note::to_string).collect::<Vec<_>>()
@@ -152,7 +152,7 @@ fn repairs_of_materials_are_told() {
     let index = "glass whose index of refraction (Ni) is missing, 1 or out of range gets 1.5";
     let range = "colours (Kd, Ks, Tf) out of the range from 0 to 1 are clamped";
     let emission = "emissions below 0 or above 2³⁰ are clamped";
-    let opaque = "materials of a transparent illum (4, 6, 7, 9) that let no light through are matte";
+    let opaque = "materials with a transparent illum (4, 6, 7, 9) but no transmission are matte";
     for (mtl, note) in [
         ("d 0\n", index),
         ("d 0\nNi 1\n", index),
@@ -179,9 +179,9 @@ fn repairs_of_materials_are_told() {
         );
     }
     let textures = "textures are not read: 1, in line 4 of colours.mtl";
-    let dark = "materials that emit by a texture do not emit: 1, in line 2 of colours.mtl";
+    let dark = "materials with an emission texture do not emit: 1, in line 2 of colours.mtl";
     assert_eq!(noted("Ke 1 1 1\nmap_Ke lamp.png\n"), [textures, dark]);
-    assert_eq!(noted("newmtl Clear\n"), ["materials of a name that an earlier one has are not used"]);
+    assert_eq!(noted("newmtl Clear\n"), ["materials with a repeated name are ignored"]);
     for lossless in [
         "",
         "Kd 0.5 0 1\n",
@@ -205,10 +205,10 @@ fn a_line_may_name_several_libraries_or_one_with_blanks() {
     };
     let missing = |name: &str| {
         let path = folder.path().join(name);
-        let left = "material libraries that cannot be read are left out: 1, in line 1";
+        let left = "unreadable material libraries are ignored: 1, in line 1";
         format!("{left}: {}: there is no such file", path.display())
     };
-    let left = "materials that are in no library are left to the scene";
+    let left = "materials missing from the libraries come from the scene";
     assert_eq!(
         read(),
         (vec![], vec![missing("red.mtl  clear.mtl"), format!("{left}: 2, the first in line 7")])
@@ -225,18 +225,18 @@ fn a_line_may_name_several_libraries_or_one_with_blanks() {
 }
 
 #[test]
-fn wrong_libraries_are_told_where_and_why() {
+fn invalid_libraries_are_reported_with_location_and_reason() {
     for (mtl, words) in [
         ("newmtl Clear\nKd 1 2", ["colours.mtl: line 2", "fewer than 3"]),
-        ("newmtl Clear\n\nKd red green blue", ["colours.mtl: line 3", "\"red\" is no number"]),
-        ("newmtl Clear\nillum glass", ["colours.mtl: line 2", "\"glass\" is no illumination model"]),
+        ("newmtl Clear\n\nKd red green blue", ["colours.mtl: line 3", "\"red\" is not a number"]),
+        ("newmtl Clear\nillum glass", ["colours.mtl: line 2", "\"glass\" is not an illumination model"]),
     ] {
         let error = materials(mtl).unwrap_err();
         for word in words {
             assert!(error.contains(word), "{error} lacks {word}");
         }
     }
-    // One that is missing costs no more than its colours, and nothing where they are not asked for.
+    // A missing library costs no more than its colours, and nothing if they are not used.
     let file = read_split("no/a.obj", SQUARE.as_bytes(), &Split::Materials).unwrap();
     assert_eq!(counts(&file), [("Red Paint", 3, 2), ("Clear", 3, 1)]);
     let note = file.notes[0].to_string();
@@ -250,7 +250,7 @@ fn wrong_libraries_are_told_where_and_why() {
 }
 
 #[test]
-fn spoiled_libraries_are_errors_or_materials_and_never_panics() {
+fn corrupted_libraries_give_errors_or_materials_but_never_panics() {
     let good =
         "newmtl a\nKd 1 2 3\nKs 0.5\nNi 1.5\nd -halo 0.5\nTr 0.1\nillum 7\nKe 1 1 1\nnewmtl b\nTf 1 1 1\n";
     let stream = &mut Stream::new(22, 0, 0);

@@ -1,4 +1,4 @@
-//! Text files as programs write them: what is odd about them is read as it is meant, and told.
+//! Text files with the irregularities of real exporters: they are read as intended, with notes.
 
 use super::*;
 
@@ -19,7 +19,7 @@ fn areas(mesh: &Mesh) -> [f32; 2] {
 }
 
 #[test]
-fn keyholes_and_spikes_have_the_area_of_their_inside() {
+fn polygons_with_bridges_and_spikes_have_the_area_of_their_inside() {
     let keyhole =
         "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\nf 1 2 3 4 1 5 6 7 8 5\n";
     let spike = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 4 8 0\nv 0 4 0\nf 1 2 3 4 3 5\n";
@@ -31,14 +31,14 @@ fn keyholes_and_spikes_have_the_area_of_their_inside() {
     assert_eq!(
         noted("a.obj", crossed.as_bytes()).1,
         [
-            "faces whose outline crosses itself are cut into triangles of which some overlap: 1, in line 5",
-            "faces without area are never seen: 1, in line 7"
+            "self-intersecting faces are split into overlapping triangles: 1, in line 5",
+            "faces without area are invisible: 1, in line 7"
         ]
     );
 }
 
 #[test]
-fn comments_do_not_go_on_but_statements_do() {
+fn statements_continue_but_comments_do_not() {
     let text = "# exported from C:\\models\\\nv 0 0 0\nv 1 0 0 # right \\\nv 0 1 0\nv 5 5 5\ng a#b\nf 1 \\\n2 3# a face\n";
     let file = read_split("a.obj", text.as_bytes(), &Split::Whole).unwrap();
     assert_eq!(file.parts[0].1.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
@@ -56,7 +56,7 @@ fn byte_order_marks_are_skipped() {
 }
 
 #[test]
-fn comments_behind_names_are_no_part_of_them() {
+fn comments_after_names_are_removed() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for key in ["usemtl", "g", "o"] {
         for comment in ["# C:\\a\\", "# x", "\t# x"] {
@@ -89,8 +89,8 @@ fn smoothing_groups_without_normals_and_odd_uv_are_noted() {
     assert_eq!(
         notes,
         [
-            "lines of uv whose second word is no number have 0 for it: 1, in line 5",
-            "faces of smoothing groups are flat at corners that have no normal: 2, the first in line 10"
+            "an invalid second coordinate of uv is taken for 0: 1, in line 5",
+            "faces of smoothing groups have flat shading at corners without a normal: 2, the first in line 10"
         ]
     );
 }
@@ -108,9 +108,7 @@ fn properties_of_ply_files_that_are_not_read_are_noted() {
         let properties: String = names.iter().map(|name| format!("property float {name}\n")).collect();
         noted("a.ply", (header(&properties) + &body(&" 0.5".repeat(names.len()))).as_bytes())
     };
-    let unknown = |names: &str, count: &str| {
-        format!("properties that stride does not know are left out ({names}): {count}")
-    };
+    let unknown = |names: &str, count: &str| format!("unknown properties are left out ({names}): {count}");
     assert_eq!(read(&["u", "v", "nx", "ny", "nz", "alpha"]).1[0], unknown("\"flags\"", "1, in line 15"));
     let (mesh, notes) = read(&["u", "nx", "nz", "a1", "a2", "a3", "a4", "a5"]);
     assert!(mesh.uv.is_empty() && mesh.normals.is_empty());
@@ -118,9 +116,8 @@ fn properties_of_ply_files_that_are_not_read_are_noted() {
         notes,
         [
             unknown("\"a1\", \"a2\", \"a3\", \"a4\", \"a5\", …", "6, the first in line 10"),
-            "normals of which not all three coordinates are given are left out: 3, the first in line 3"
-                .into(),
-            "uv of which only one coordinate is given are left out: 3, the first in line 3".into(),
+            "normals with fewer than three coordinates are left out: 3, the first in line 3".into(),
+            "uv with a single coordinate are left out: 3, the first in line 3".into(),
         ]
     );
     // One of two names for the same is read.
@@ -141,7 +138,7 @@ fn utf_16_is_refused_with_a_remedy() {
 }
 
 #[test]
-fn lines_end_as_on_any_machine() {
+fn all_line_endings_are_read() {
     let right = read_bytes("a.obj", OBJ.as_bytes());
     assert!(right.is_ok());
     for end in ["\r", "\r\n"] {
@@ -172,7 +169,7 @@ fn lines_end_as_on_any_machine() {
 }
 
 #[test]
-fn numbers_that_are_none_cost_only_what_they_say() {
+fn invalid_numbers_affect_only_their_own_values() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for none in ["nan", "-nan(ind)", "1.#QNAN", "-1.#IND00", "inf", "1e60"] {
         let text = format!(
@@ -184,15 +181,15 @@ fn numbers_that_are_none_cost_only_what_they_say() {
         assert_eq!(
             notes,
             [
-                "normals that are not numbers are left out, and shading is flat there: 1, in line 5",
+                "normals that are not numbers are ignored; shading is flat there: 1, in line 5",
                 "uv that are not numbers, or larger than 10¹⁸, are taken for 0: 2, the first in line 6"
             ]
         );
-        // Where a vertex is must be known, if it is anyone's.
+        // The position of a vertex must be valid if a face uses it.
         let error = read_bytes("a.obj", format!("{vertices}v 0 0 {none}\nf 1 2 4\n").as_bytes()).unwrap_err();
         assert!(error.contains("position that is not a number"), "{error}");
     }
-    // No number of a C library is a comment, or missing.
+    // Such numbers of C libraries are neither comments nor missing.
     let unused = "v nan -nan nan\nv inf -inf inf\nv 1.#IND -1.#IND 1.#IND\nv 1.#INF -1.#INF 1.#INF\n";
     let used = format!("{unused}{vertices}f 5 6 7\n");
     assert_eq!(noted("a.obj", used.as_bytes()).0.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
@@ -214,14 +211,14 @@ fn numbers_that_are_none_cost_only_what_they_say() {
     assert_eq!(
         notes,
         [
-            "normals that are not numbers are left out, and shading is flat there: 1, in vertex 2 (counted from 0)",
+            "normals that are not numbers are ignored; shading is flat there: 1, in vertex 2 (counted from 0)",
             "uv that are not numbers, or larger than 10¹⁸, are taken for 0: 1, in vertex 3 (counted from 0)"
         ]
     );
 }
 
 #[test]
-fn corners_may_name_uv_and_normals_that_are_not_there() {
+fn references_to_undefined_uv_and_normals_are_ignored() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/0/1 3/7/-2\nf 1//2 2 3\n";
     let (mesh, notes) = noted("a.obj", text.as_bytes());
     assert_eq!(mesh.triangles.len(), 2);
@@ -229,15 +226,15 @@ fn corners_may_name_uv_and_normals_that_are_not_there() {
     assert_eq!(
         notes,
         [
-            "corners whose uv is not in the file so far have none: 2, the first in line 6",
-            "corners whose normal is not in the file so far have none: 2, the first in line 6",
-            "uv are left out where not all vertices have them"
+            "references to undefined uv are ignored: 2, the first in line 6",
+            "references to undefined normals are ignored: 2, the first in line 6",
+            "uv are ignored in parts where some vertices have none"
         ]
     );
 }
 
 #[test]
-fn what_an_obj_file_has_besides_triangles_is_told() {
+fn other_contents_of_obj_files_are_noted() {
     let text = "v 0 0 0\nv 1 0 0 1\nv 0 1 0 1 0.5 0\nf 1 2\nf 1 2 3\nfo 3 2 1\nl 1 2\np 1\ns 1\nlod 2\n\
         cstype bezier\ndeg 3\ncurv 0 1 1 2 3\nparm u 0 1\nend\nsurf 0 1 0 1 1 2 3\nusemap a\ncall b.obj\nfrobnicate\n\
         f 1\nf 1 1 2\n";
@@ -251,10 +248,10 @@ fn what_an_obj_file_has_besides_triangles_is_told() {
             "points and lines are left out: 2, the first in line 7",
             "curves and free-form surfaces are left out: 2, the first in line 13",
             "textures are not read: 1, in line 17",
-            "calls of other files and programs are left out: 1, in line 18",
-            "statements that stride does not know are ignored: 1, in line 19",
-            "faces of smoothing groups are flat at corners that have no normal: 1, in line 21",
-            "faces without area are never seen: 1, in line 21"
+            "calls of other files and programs are ignored: 1, in line 18",
+            "unknown statements are ignored: 1, in line 19",
+            "faces of smoothing groups have flat shading at corners without a normal: 1, in line 21",
+            "faces without area are invisible: 1, in line 21"
         ]
     );
     let error = read_bytes("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n").unwrap_err();
@@ -267,7 +264,7 @@ fn what_an_obj_file_has_besides_triangles_is_told() {
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 
 #[test]
-fn strips_are_triangles_of_one_winding() {
+fn strips_have_consistent_winding() {
     let header = |format: &str, lists: &str| {
         format!(
             "ply\nformat {format} 1.0\nelement vertex 4\n{XYZ}element tristrips {lists}\nproperty list int int vertex_indices\nend_header\n"
@@ -285,7 +282,7 @@ fn strips_are_triangles_of_one_winding() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 1, 2], [0, 0, 1], [1, 0, 2]]);
     assert_eq!(
         notes,
-        ["elements that do not have a line of their own are read number by number: 3, the first in line 10"]
+        ["elements not on lines of their own are read number by number: 3, the first in line 10"]
     );
     let error = read_bytes("a.ply", text.replace("-1", "-2").as_bytes()).unwrap_err();
     assert!(error.contains("strip 0") && error.contains("-2"), "{error}");
@@ -307,18 +304,18 @@ fn elements_of_text_are_split_at_blanks() {
         for end in ["\n", "\r"] {
             let (mesh, notes) = noted("a.ply", format!("{header}{body}").replace('\n', end).as_bytes());
             assert_eq!(*mesh, *right.0);
-            let note = "elements that do not have a line of their own are read number by number";
+            let note = "elements not on lines of their own are read number by number";
             assert_eq!(notes, [format!("{note}: {astray}")], "{body:?}");
         }
     }
     let more = noted("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n\nthe end\n").as_bytes());
-    assert_eq!(more.1, ["what follows the last element is ignored: 1, in line 15"]);
+    assert_eq!(more.1, ["data after the last element is ignored: 1, in line 15"]);
     // Numbers that fit neither the lines nor the header.
     for (body, message) in [
-        ("0 0 0 9\n1 0 0\n0 1\n0\n3 0 1 2\n", "line 14: there are more numbers than the elements"),
+        ("0 0 0 9\n1 0 0\n0 1\n0\n3 0 1 2\n", "line 14: there are more numbers than the header"),
         (
             "0 0\n1 0 0\n0 1 0 1 1.5 0 1 2\n",
-            "line 12: 1.5 is no length of the list \"vertex_indices\": from line 10 on, lines have more or fewer numbers",
+            "line 12: 1.5 is not a length of the list \"vertex_indices\": from line 10 on, lines have more or fewer numbers",
         ),
     ] {
         let error = read_bytes("a.ply", format!("{header}{body}").as_bytes()).unwrap_err();
@@ -326,18 +323,17 @@ fn elements_of_text_are_split_at_blanks() {
     }
     let error =
         read_bytes("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n-1 0 1 2\n").as_bytes()).unwrap_err();
-    assert!(error.ends_with("line 13: -1 is no length of the list \"vertex_indices\""), "{error}");
+    assert!(error.ends_with("line 13: -1 is not a length of the list \"vertex_indices\""), "{error}");
 }
 
 #[test]
-fn numbers_beyond_an_elements_properties_are_ignored_where_each_has_a_line() {
+fn surplus_numbers_on_lines_are_ignored() {
     let header = format!(
         "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}element nothing 9\nelement face 2\n\
          property list uchar int vertex_indices\nend_header\n"
     );
     let right = noted("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0\n").as_bytes());
-    let message =
-        "lines of elements with more numbers than the header gives them properties are read without these";
+    let message = "surplus numbers at the end of an element's line are ignored";
     for (body, surplus) in [
         // The numbers of a line might be two vertices.
         ("0 0 0 7 7 7\n1 0 0 7 7 7\n0 1 0 7 7 7\n3 0 1 2\n3 2 1 0\n", "3, the first in line 11"),
@@ -356,17 +352,17 @@ fn numbers_beyond_an_elements_properties_are_ignored_where_each_has_a_line() {
     let text = format!("{header}0 0 0 7\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0 7\nthe end\n");
     let notes = noted("a.ply", text.as_bytes()).1;
     assert!(notes.contains(&format!("{message}: 2, the first in line 11")), "{notes:?}");
-    assert!(notes.contains(&"what follows the last element is ignored: 1, in line 16".into()), "{notes:?}");
+    assert!(notes.contains(&"data after the last element is ignored: 1, in line 16".into()), "{notes:?}");
 }
 
 #[test]
-fn header_lines_of_ply_files_that_are_not_known_are_noted() {
+fn unknown_header_lines_of_ply_files_are_noted() {
     let named = "Created by Blender3D 247 - www.blender.org, source file:";
     let file = String::from_utf8(ply("ascii")).unwrap();
     let right = noted("a.ply", file.as_bytes());
     let (mesh, notes) = noted("a.ply", file.replace("comment a pyramid", named).as_bytes());
     assert_eq!(mesh, right.0);
-    let note = "header lines that stride does not know are ignored: 1, in line 3";
+    let note = "unknown header lines are ignored: 1, in line 3";
     assert_eq!(notes, [&[note.to_owned()], &right.1[..]].concat());
     // Those of a known beginning count.
     for wrong in ["format ascii 2.0", "element vertex", "property", "end_header 3"] {
@@ -376,7 +372,7 @@ fn header_lines_of_ply_files_that_are_not_known_are_noted() {
 }
 
 #[test]
-fn what_a_ply_file_has_besides_triangles_is_told() {
+fn other_contents_of_ply_files_are_noted() {
     let text = format!(
         "ply\nformat ascii 1.0\ncomment TextureFile wood.png\nelement vertex 4\n{XYZ}property uchar red\nproperty float quality\n\
          element face 5\nproperty list uchar int vertex_index\nproperty list uchar float texcoord\nproperty uchar green\n\
@@ -390,14 +386,14 @@ fn what_a_ply_file_has_besides_triangles_is_told() {
         notes,
         [
             "textures are not read: 1, in line 3",
-            "properties that stride does not know are left out (\"quality\"): 1, in line 9",
+            "unknown properties are left out (\"quality\"): 1, in line 9",
             "colours of vertices are not read: 4, the first in line 4",
             "colours of faces are not read: 5, the first in line 10",
             "uv of faces' corners are not read: 5, the first in line 10",
             "faces of fewer than three corners are left out: 2, the first in face 0 (counted from 0)",
             "points and lines are left out: 2, the first in line 14",
-            "elements that stride does not know are left out: 1, in line 16",
-            "faces without area are never seen: 2, the first in face 2 (counted from 0)"
+            "unknown elements are left out: 1, in line 16",
+            "faces without area are invisible: 2, the first in face 2 (counted from 0)"
         ]
     );
 }

@@ -1,4 +1,4 @@
-//! Functions: how they begin and end, calls of them, and which of them the program has.
+//! Functions: their beginnings and ends, their calls, and the selection of functions for the program.
 
 use super::{Done, Frame, Handle, State};
 use crate::gpu::enabled::record::graph::{Graph, Op};
@@ -7,7 +7,7 @@ use crate::gpu::enabled::record::names;
 use crate::gpu::enabled::record::text::{self, Written};
 use crate::math::lanes::{Function, Layout};
 
-/// The parameters' layouts: the members of a tuple.
+/// The layouts of the parameters: the members of a tuple.
 fn members(layout: Layout) -> Vec<Layout> {
     match layout {
         Layout::List(list) => list,
@@ -16,7 +16,8 @@ fn members(layout: Layout) -> Vec<Layout> {
 }
 
 impl State {
-    /// Begins a function, unless it is known and trusted. Gives the numbers of its parameters.
+    /// Begins a function, unless it is already recorded and need not be compared. Returns the numbers of its
+    /// parameters.
     pub(in super::super) fn enter(
         &mut self,
         function: &'static Function,
@@ -28,7 +29,7 @@ impl State {
             Some(_) => panic!("{} > {}: WGSL has no recursion", self.trace(), function.name),
             None => {}
         }
-        // Calls within a function that is compared have been compared.
+        // Calls within a function that has been compared have been compared, too.
         let compared =
             |frame: &Frame| !frame.stands_for_other && self.places.contains_key(frame.function.name);
         if self.places.contains_key(function.name) && (!self.checks || self.stack.iter().any(compared)) {
@@ -41,9 +42,9 @@ impl State {
             named.flat_map(|(name, layout)| self.structures.flat(layout, name)).collect();
         let mut graph = Graph::new();
         let mut numbers = Vec::new();
-        for (i, (_, shape)) in parameters.iter().enumerate() {
-            let node = graph.record(Op::Parameter(i), shape.kind());
-            graph.explode(shape, node, &mut numbers);
+        for (i, (_, value_type)) in parameters.iter().enumerate() {
+            let node = graph.record(Op::Parameter(i), value_type.kind());
+            graph.explode(value_type, node, &mut numbers);
         }
         self.frames += 1;
         self.stack.push(Frame {
@@ -57,7 +58,7 @@ impl State {
         Some(self.handles(&numbers))
     }
 
-    /// Makes the current function no part of the program, but what it calls.
+    /// Excludes the current function from the program, but not the functions that it calls.
     pub(in super::super) fn stand_for_others(&mut self) {
         self.frame().stands_for_other = true;
     }
@@ -67,8 +68,8 @@ impl State {
         let numbers = self.nodes(numbers);
         let function = self.frame().function;
         let name = names::of_function(function.name);
-        let shape = self.structures.shape(&layout, &format!("{}Result", names::camel_case(&name)));
-        let result = shape.map(|shape| self.implode(&shape, &mut numbers.into_iter()));
+        let value_type = self.structures.value_type(&layout, &format!("{}Result", names::camel_case(&name)));
+        let result = value_type.map(|value_type| self.implode(&value_type, &mut numbers.into_iter()));
         let frame = self.stack.pop().expect("a function is being recorded");
         let written = text::function(&name, &frame.parameters, result, &frame.graph, &self.structures);
         if frame.stands_for_other {
@@ -101,7 +102,7 @@ impl State {
         });
     }
 
-    /// Records the call of a function that is known.
+    /// Records the call of a recorded function.
     pub(in super::super) fn called(
         &mut self,
         function: &'static Function,
@@ -118,7 +119,7 @@ impl State {
         self.call(&done.name, &context, &given, layouts.1, arguments, &done.parameter_names)
     }
 
-    /// Records the call of a function that is written by hand.
+    /// Records the call of a hand-written function.
     pub(in super::super) fn device(
         &mut self,
         name: &str,
@@ -141,8 +142,9 @@ impl State {
         let mut numbers = self.nodes(arguments).into_iter();
         let shapes = parameters.iter().flat_map(|layout| self.structures.flat(layout, "argument"));
         let shapes: Vec<_> = shapes.collect();
-        let Some(result) = self.structures.shape(&result, context) else { return Vec::new() };
-        let arguments: Vec<_> = shapes.iter().map(|(_, shape)| self.implode(shape, &mut numbers)).collect();
+        let Some(result) = self.structures.value_type(&result, context) else { return Vec::new() };
+        let arguments: Vec<_> =
+            shapes.iter().map(|(_, value_type)| self.implode(value_type, &mut numbers)).collect();
         let graph = self.graph();
         for (&argument, name) in arguments.iter().zip(parameter_names) {
             graph.suggest(argument, name);
@@ -153,13 +155,13 @@ impl State {
         self.handles(&numbers)
     }
 
-    /// Marks a function as one that is wanted even if no other calls it.
+    /// Marks a function as needed even if no other function calls it.
     pub(in super::super) fn want(&mut self, function: &'static Function) {
         let place = self.places[function.name];
         self.done[place].is_root = true;
     }
 
-    /// The functions that are wanted, and those that they call; callees come first.
+    /// The needed functions and those that they call; callees come first.
     pub(in super::super) fn wanted(&self) -> Vec<&Done> {
         let mut wanted = vec![false; self.done.len()];
         for (i, done) in self.done.iter().enumerate().rev() {

@@ -1,4 +1,4 @@
-//! Programs on a device, against the same code with `F = f32`.
+//! Programs on a device, compared with the same code with `F = f32`.
 
 use super::super::*;
 use super::random::Random;
@@ -9,12 +9,12 @@ use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Float, Frame, Mask, Uint, Vec3, function, trig};
 use wgpu::util::DeviceExt;
 
-/// Code of four floats and four words, that gives as many.
+/// A function from four floats and four words to as many.
 pub(super) trait Case {
     fn run<F: Float>(&self, scene: &Scene, x: [F; 4], w: [F::Uint; 4]) -> ([F; 4], [F::Uint; 4]);
 }
 
-/// A device, or none on a machine without one, where that is allowed.
+/// A device; `None` on a machine without one, where that is allowed.
 fn device() -> Option<Device> {
     match Device::open(None) {
         Ok(device) => Some(device),
@@ -128,7 +128,7 @@ fn run(@builtin(global_invocation_id) id: vec3u) {{
     words.chunks_exact(8).map(|chunk| chunk.try_into().unwrap()).collect()
 }
 
-/// Words from everywhere; every other input is of floats within ±8.
+/// Words of all magnitudes; every other input consists of floats within ±8.
 fn inputs(count: u32) -> Vec<[u32; 8]> {
     let word = |i: u32, j: u32| crate::sampling::independent::pcg4d::<f32>([i, j, 3, 5].map(Wrapping))[0].0;
     let input = |i: u32| {
@@ -144,7 +144,7 @@ fn leaked(name: String, parameters: &'static [&'static str]) -> &'static Functio
     Box::leak(Box::new(Function { name: name.leak(), parameters, module: "stride::cases" }))
 }
 
-/// How a device's results differ from the CPU's: the first difference of each case.
+/// The differences of a device's results from the CPU's: the first difference of each case.
 fn differences<C: Case>(device: &Device, record: &[C], run: &[C]) -> Vec<String> {
     let scene = Scene::new();
     let mut differences = Vec::new();
@@ -170,20 +170,20 @@ fn differences<C: Case>(device: &Device, record: &[C], run: &[C]) -> Vec<String>
 }
 
 #[test]
-fn programs_that_dice_make_compute_what_lanes_compute() {
+fn random_programs_agree_with_lanes() {
     let Some(device) = device() else { return };
     let functions = [leaked("first".to_owned(), &PARAMETERS), leaked("second".to_owned(), &PARAMETERS)];
     let cases: Vec<_> = (0..300).map(|seed| Random { seed, functions }).collect();
     let found = differences(&device, &cases, &cases);
     assert!(found.is_empty(), "{} programs differ; {}", found.len(), found[0]);
-    // Other programs than those that ran are noticed.
+    // Negative control: programs other than those that ran differ.
     let others: Vec<_> = (1000..1004).map(|seed| Random { seed, functions }).collect();
     assert_eq!(differences(&device, &cases[..4], &others).len(), 4);
 }
 
 const PARAMETERS: [&str; 5] = ["x", "words", "marked", "mask", "rest"];
 
-/// What paths do: frames, angles, loops, structures and calls, with floats that are rounded.
+/// Typical code of paths: frames, angles, loops, structures and calls, with rounding.
 struct Rounded;
 
 impl Case for Rounded {
@@ -210,7 +210,7 @@ impl Case for Rounded {
 }
 
 #[test]
-fn programs_of_paths_compute_what_lanes_compute() {
+fn typical_programs_agree_with_lanes() {
     let Some(device) = device() else { return };
     let found = differences(&device, &[Rounded], &[Rounded]);
     assert!(found.is_empty(), "{}", found[0]);

@@ -1,4 +1,4 @@
-//! What is no program is refused, and says why.
+//! Invalid programs are rejected with a reason.
 
 use super::super::*;
 use super::{Scene, named, valid};
@@ -11,7 +11,7 @@ fn error_of(recording: Recording<'_>) -> String {
 }
 
 #[test]
-fn a_number_of_another_function_is_no_number_of_this_one() {
+fn numbers_of_other_functions_are_rejected() {
     let scene = Scene::new();
     let record = |captures: bool| {
         let mut recording = scene.recording();
@@ -38,7 +38,7 @@ fn constants_and_numbers_of_the_scene_may_come_from_another_function() {
 }
 
 #[test]
-fn numbers_leave_branches_and_loops_in_results_only() {
+fn numbers_leave_branches_and_loops_only_as_results() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.function(named!(leaking(x)), |(x,): (F,)| {
@@ -60,7 +60,7 @@ fn two_bodies(scene: &Scene, second: f32) -> Recording<'_> {
 }
 
 #[test]
-fn two_functions_of_one_name_are_the_same() {
+fn functions_with_one_name_must_be_identical() {
     let scene = Scene::new();
     valid(two_bodies(&scene, 0.5));
     let error = error_of(two_bodies(&scene, 0.25));
@@ -70,7 +70,7 @@ fn two_functions_of_one_name_are_the_same() {
 }
 
 #[test]
-fn two_functions_of_one_name_have_the_same_parameters() {
+fn functions_with_one_name_must_have_the_same_parameters() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.function(named!(caller(x, i)), |(x, i): (F, RecordedUint)| {
@@ -82,7 +82,7 @@ fn two_functions_of_one_name_have_the_same_parameters() {
 }
 
 #[test]
-fn two_structures_of_one_name_are_the_same() {
+fn structures_with_one_name_must_be_identical() {
     mod other {
         use crate::math::value;
         #[derive(Clone, Copy)]
@@ -107,7 +107,7 @@ fn two_structures_of_one_name_are_the_same() {
 
 #[test]
 #[should_panic(expected = "a number of the scene that no one registered is used in outer > inner")]
-fn numbers_of_the_scene_are_registered() {
+fn numbers_of_the_scene_must_be_registered() {
     let (scene, number) = (Scene::new(), 1.0);
     let mut recording = scene.recording();
     recording.function(named!(outer(x)), |(x,): (F,)| function!(F, inner(x), { x * F::given(&number) }));
@@ -115,7 +115,7 @@ fn numbers_of_the_scene_are_registered() {
 
 #[test]
 #[should_panic(expected = "a table of the scene that no one registered is read in outer")]
-fn tables_are_registered() {
+fn tables_must_be_registered() {
     let scene = Scene::new();
     let table = vec![1, 2];
     let mut recording = scene.recording();
@@ -124,14 +124,14 @@ fn tables_are_registered() {
 
 #[test]
 #[should_panic(expected = "the same memory is registered as")]
-fn memory_is_registered_once() {
+fn memory_must_be_registered_once() {
     let number = 1.0;
     Registry::new().number(&number, "scene.near").number(&number, "scene.near").number(&number, "scene.far");
 }
 
 #[test]
 #[should_panic(expected = "outer > again > again: WGSL has no recursion")]
-fn functions_do_not_call_themselves() {
+fn recursion_is_rejected() {
     fn again(x: F, left: u32) -> F {
         function!(F, again(x), { if left == 0 { x } else { again(x, left - 1) } })
     }
@@ -140,7 +140,7 @@ fn functions_do_not_call_themselves() {
 }
 
 #[test]
-fn a_recording_ends_with_a_panic() {
+fn a_panic_ends_the_recording() {
     let scene = Scene::new();
     let attempt = || {
         let mut recording = scene.recording();

@@ -1,11 +1,11 @@
-//! Programs that dice make: their numbers are whole and small, so that every device computes the same.
+//! Random programs: their numbers are small integers, so that every device computes the same results.
 
 use super::device::Case;
 use super::{Marked, Scene};
 use crate::math::lanes::Function;
 use crate::math::{Float, Mask, Uint, Vec3};
 
-/// Throws that depend on the seed alone.
+/// Random choices that depend on the seed alone.
 #[derive(Clone, Copy)]
 struct Dice(u64);
 
@@ -16,7 +16,7 @@ impl Dice {
         ((x ^ (x >> 29)) >> 33) as usize % n
     }
     fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        // Mostly the newest, so that programs are deep.
+        // Mostly the newest, so that programs become deep.
         let back = self.below(from.len()).min(self.below(from.len()));
         from[from.len() - 1 - back]
     }
@@ -25,7 +25,7 @@ impl Dice {
     }
 }
 
-/// The numbers that a program has by now.
+/// The numbers available in a program so far.
 #[derive(Clone)]
 struct Pool<F: Float> {
     floats: Vec<F>,
@@ -34,10 +34,10 @@ struct Pool<F: Float> {
     vectors: Vec<Vec3<F>>,
 }
 
-/// What blocks and functions give.
+/// The results of blocks and functions.
 type Bundle<F> = (F, <F as Float>::Uint, <F as Float>::Mask, (Vec3<F>, Marked<F>), [F; 2]);
 
-/// A whole number below 256 in magnitude, made from one below 2²⁴.
+/// An integer below 256 in magnitude, from one below 2²⁴.
 fn small<F: Float>(x: F) -> F {
     let size = (x.abs().to_uint() & F::Uint::splat(255)).to_float();
     F::select(x.lt(F::zero()), -size, size)
@@ -72,10 +72,10 @@ impl<F: Float> Pool<F> {
     }
 }
 
-/// A program that the seed makes.
+/// A program generated from the seed.
 pub(super) struct Random {
     pub(super) seed: u64,
-    /// The functions that it may call: their bodies are made from their names.
+    /// The functions that it may call; their bodies are generated from their names.
     pub(super) functions: [&'static Function; 2],
 }
 
@@ -144,7 +144,7 @@ impl Random {
                     let next = i + F::Uint::splat(1);
                     let (mut after, mut dice) = (self.block(scene, p, inner, depth - 1, in_function), inner);
                     match dice.below(4) {
-                        // Some of the state stays as it was, or changes places.
+                        // Some of the state is unchanged or permuted.
                         0 => after.3 = state.3,
                         1 => (after.4, after.0) = ([state.4[1], state.0], state.4[0]),
                         _ => {}

@@ -1,4 +1,4 @@
-//! Programs against the WGSL that is expected.
+//! Programs, compared with the expected WGSL.
 
 use super::super::*;
 use super::{Doubled, Marked, Scene, named, valid};
@@ -18,7 +18,7 @@ fn is(kind: U, k: u32) -> RecordedMask {
 }
 
 #[test]
-fn vectors_are_vectors() {
+fn vectors_stay_vectors() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.callees(named!(calls(n)), |(n,): (Vec3<F>,)| Frame::around(n));
@@ -114,7 +114,7 @@ fn inside(kind: u32, x: f32) -> f32 {
 }
 
 #[test]
-fn rows_are_read_where_they_are_needed() {
+fn rows_are_read_in_the_blocks_that_need_them() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.function(named!(Light_sample(light, u)), |(light, u): (U, [F; 2])| {
@@ -150,7 +150,7 @@ fn light_sample(light: u32, u: vec2f) -> Marked {
 }
 
 #[test]
-fn loops_change_their_state_at_once() {
+fn loops_update_their_state_simultaneously() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.function(named!(fibonacci(n)), |(n,): (U,)| {
@@ -251,7 +251,7 @@ fn marks(marked: Marked, ref_: u32) -> MarksResult {
 }
 
 #[test]
-fn what_is_known_is_not_computed() {
+fn constants_are_folded() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.function(named!(known(x, i)), |(x, i): (F, U)| {
@@ -281,7 +281,7 @@ fn known(x: f32, i: u32) -> vec4f {
 }
 
 #[test]
-fn blocks_know_their_conditions_and_what_they_leave_as_it_was() {
+fn blocks_use_known_conditions_and_skip_unchanged_values() {
     let scene = Scene::new();
     let mut recording = scene.recording();
     recording.function(named!(within(x, marked, count)), |(x, marked, count): (F, Marked<F>, U)| {

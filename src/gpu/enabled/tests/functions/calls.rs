@@ -1,9 +1,9 @@
-//! Calls of functions along paths.
+//! Records of the functions called along paths.
 
 use super::super::super::recorded::Source;
 use super::super::watched::{Calls, Watched, WatchedMask, WatchedUint, watch};
 use crate::integrator::blocks::path::LIGHT;
-use crate::integrator::{Around, Lit, State, Transport, View, absorbed, camera_ray, step_with};
+use crate::integrator::{Around, Lit, State, TraceContext, Transport, absorbed, camera_ray, step_with};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::lanes::scalar::Wrapping;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 type F = Watched;
 
-/// Calls a function that nothing else calls, under the name that it is recorded by.
+/// Calls a function that nothing else calls, under the name by which it is recorded.
 macro_rules! root {
     ($name:ident($($argument:ident),*) $body:block) => {
         <F as Float>::call(
@@ -66,10 +66,10 @@ fn follow(source: &Source<'_>, path: PathId<F>, centre: [F; 2]) {
 }
 
 fn follow_path(source: &Source<'_>, transport: Transport, mut state: State<F>, mut around: Around<F>) {
-    let view = View { scene: source.scene, world: source.world, settings: source.settings };
+    let context = TraceContext { scene: source.scene, world: source.world, settings: source.settings };
     loop {
         let (stepped, next) = root!(step_path(state, around) {
-            step_with(transport, &view, state, around, WatchedMask(true))
+            step_with(transport, &context, state, around, WatchedMask(true))
         });
         if !stepped.going.0 {
             return;
@@ -78,12 +78,12 @@ fn follow_path(source: &Source<'_>, transport: Transport, mut state: State<F>, m
     }
 }
 
-/// Asks some lights at each point, and goes on in one direction.
+/// Samples some lights at each point, and continues in one direction.
 fn follow_branch(source: &Source<'_>, mut state: State<F>, mut around: Around<F>) {
     const MODE: TransportMode = TransportMode::Radiance;
     let scene = source.scene;
     let lights = &scene.lights;
-    let view = View { scene, world: source.world, settings: source.settings };
+    let context = TraceContext { scene, world: source.world, settings: source.settings };
     for depth in 0..6 {
         let ray = state.ray;
         state.depth = uint(depth);
@@ -95,7 +95,7 @@ fn follow_branch(source: &Source<'_>, mut state: State<F>, mut around: Around<F>
             root!(escaped_radiance(d) { lights.escaped(d, |_| F::splat(1.0)) });
             return;
         }
-        let lit = root!(lit_point(state, around, hit) { Lit::new(&view, &state, around, &hit) });
+        let lit = root!(lit_point(state, around, hit) { Lit::new(&context, &state, around, &hit) });
         let beyond = root!(pass_on(lit, ray) { lit.pass_on(&ray) });
         if lit.is_none.0 | lit.is_hole.0 {
             (state.ray, around) = (beyond.ray, beyond.around);
@@ -106,12 +106,12 @@ fn follow_branch(source: &Source<'_>, mut state: State<F>, mut around: Around<F>
         let [a, b, choice, _] = source.settings.sampler.draw(state.id, LIGHT.at::<F>(uint(depth)));
         let u = [a, b];
         bsdf.albedo();
-        // Those that are first are of all kinds, then come many triangles.
+        // The first lights are of all kinds; many triangles follow.
         let some = (0..lights.len() as u32).filter(|i| *i < 30 || i % 30 == state.id.pixel.first() % 30);
         for light in some {
-            let (light, chance) = (uint(light), Watched(0.5));
-            let asked = root!(light_share(lit, light, chance, u) { lit.share_of(scene, light, chance, u) });
-            root!(light_through(asked, state, around) { asked.through(&view, &state, &around) });
+            let (light, pmf) = (uint(light), Watched(0.5));
+            let lamp_sample = root!(light_share(lit, light, pmf, u) { lit.share_of(scene, light, pmf, u) });
+            root!(light_through(lamp_sample, state, around) { lamp_sample.through(&context, &state, &around) });
         }
         bsdf.branches(wo, MODE);
         let wi = bsdf.sample(wo, u, choice, MODE).wi;

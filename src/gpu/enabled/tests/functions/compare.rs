@@ -1,4 +1,4 @@
-//! The results of calls on a device, against those of the lane that made them.
+//! Comparison of the results of calls on a device with those on a lane.
 
 use super::super::super::record::Signature;
 use super::super::super::tables::{ROUND_ERROR, SurfaceColumns, Tables, surface_rows};
@@ -10,38 +10,38 @@ use std::collections::HashMap;
 use std::fmt;
 use wgpu::naga::{self, ScalarKind, TypeInner};
 
-/// How far a float may be off, as a share of the largest of its vector: roots and quotients of a device are off by a few
-/// units in the last place, and differences of what is off by more.
+/// The tolerance for a float, relative to the largest component of its vector. Roots and quotients on a device are off
+/// by a few ulp, and differences of such values by more.
 const BOUND: f32 = 1e-4;
 
-/// The share of calls, in thousandths, that may be off by more: where a comparison goes the other way for a rounding, or
-/// nearly all is lost in a difference.
+/// The fraction of calls, in thousandths, that may exceed the tolerance: a rounding error may reverse a comparison, or
+/// cancellation may amplify it.
 const MOST_OFF: usize = 10;
 
-/// Functions of which more calls may be off, in thousandths, and why.
+/// Functions with a larger fraction, in thousandths, and the reason.
 const EXCEPTIONS: [(&str, usize); 0] = [];
 
-/// What is wrong with a call, on purpose.
+/// A deliberate mistake in a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     None,
-    /// The first operator of the function is another one.
+    /// The first operator of the function is replaced.
     Operator,
-    /// Two arguments of one type are swapped.
+    /// Two arguments of the same type are swapped.
     Arguments,
 }
 
-/// How the results of calls compare.
+/// Statistics of a comparison.
 #[derive(Debug, Default)]
 pub(super) struct Compared {
     calls: usize,
-    /// Calls with results of the same bits.
+    /// Calls whose results are equal to the bit.
     same: usize,
-    /// Calls with a float that is off by more than [`BOUND`], or another integer or boolean.
+    /// Calls with a float outside of [`BOUND`], or a different integer or boolean.
     off: usize,
-    /// Of the rest, by how much floats are off at most.
+    /// The largest error of a float in the other calls.
     worst: f32,
-    /// The first call that is off.
+    /// The first call outside of the tolerance.
     first: Option<String>,
 }
 
@@ -60,7 +60,7 @@ impl fmt::Display for Compared {
     }
 }
 
-/// Where the device has the rows of surfaces and the triangles that the host numbers.
+/// The device's indices of the host's surfaces and triangles.
 pub(super) struct Rows {
     rows: HashMap<u32, u32>,
 }
@@ -73,7 +73,7 @@ impl Rows {
         let surfaces = surfaces.map(|(place, row)| (row[number.word][number.first], place));
         let triangles = (0..).zip(&tables.tree.triangles);
         let triangles = triangles.map(|(place, triangle)| (triangle.number, place | FIRST_TRIANGLE));
-        // Shared meshes stand among the triangles, with numbers of their own.
+        // Shared meshes are stored among the triangles, with their own numbers.
         let triangles = triangles.filter(|(number, _)| *number >= FIRST_TRIANGLE);
         Rows { rows: surfaces.chain(triangles).collect() }
     }
@@ -85,14 +85,14 @@ impl Rows {
 
 /// A number of a value in WGSL.
 struct Leaf {
-    /// How it is read from the whole.
+    /// The WGSL expression that reads it from the entire value.
     path: String,
     kind: ScalarKind,
-    /// Numbers of one vector have the same.
+    /// Numbers of one vector have the same index.
     group: usize,
-    /// Whether it numbers a surface or a triangle.
+    /// Whether it is the number of a surface or triangle.
     is_row: bool,
-    /// Whether it bounds a point's error: the device's is up to [`ROUND_ERROR`] times as large on round surfaces.
+    /// Whether it is an error bound: the device's is up to [`ROUND_ERROR`] times larger on round surfaces.
     is_error: bool,
 }
 
@@ -133,7 +133,7 @@ fn leaves(module: &naga::Module, ty: naga::Handle<naga::Type>, path: &str, out: 
     }
 }
 
-/// An expression for a value of a type whose numbers begin with the `next` word of the input.
+/// An expression for a value of a type whose numbers start at word `next` of the input.
 fn expression(module: &naga::Module, ty: naga::Handle<naga::Type>, next: &mut usize) -> String {
     let mut number = |kind: ScalarKind| {
         *next += 1;
@@ -159,7 +159,7 @@ fn expression(module: &naga::Module, ty: naga::Handle<naga::Type>, next: &mut us
     }
 }
 
-/// The function with another operator in the place of its first one, if it has one.
+/// The function with its first operator replaced, if it has one.
 fn with_another_operator(text: &str) -> Option<String> {
     let (head, body) = text.split_once("{\n")?;
     let pairs = [(" * ", " + "), (" + ", " - "), (" - ", " + "), (" ^ ", " | "), (" < ", " >= ")];
@@ -167,7 +167,7 @@ fn with_another_operator(text: &str) -> Option<String> {
     Some(format!("{head}{{\n{}", body.replacen(right, wrong, 1)))
 }
 
-/// Repeats calls of a function on a device. None if there is nothing that could be changed.
+/// Repeats calls of a function on a device. `None` if there is nothing to change.
 pub(super) fn compare(
     device: &Device,
     library: &str,
@@ -217,7 +217,7 @@ pub(super) fn compare(
     });
     let lines = format!("let result = {name}({}); {}", arguments.join(", "), puts.collect::<String>());
     let place = |(word, leaf): (&u32, &Leaf)| if leaf.is_row { rows.on_device(*word) } else { *word };
-    // A function without parameters reads a word all the same.
+    // A function without parameters still reads one word.
     let words_in = into.len().max(1);
     let inputs = calls.iter().flat_map(|call| {
         let mut words: Vec<_> = call.arguments.iter().zip(&into).map(place).collect();
@@ -235,15 +235,15 @@ pub(super) fn compare(
             _ => {
                 compared.off += 1;
                 compared.first.get_or_insert_with(|| {
-                    let told = |words: &[u32], leaves: &[Leaf]| -> Vec<String> {
-                        let told = |(word, leaf): (&u32, &Leaf)| match leaf.kind {
+                    let differing = |words: &[u32], leaves: &[Leaf]| -> Vec<String> {
+                        let differing = |(word, leaf): (&u32, &Leaf)| match leaf.kind {
                             ScalarKind::Float => format!("{:?}", f32::from_bits(*word)),
                             _ => word.to_string(),
                         };
-                        words.iter().zip(leaves).map(told).collect()
+                        words.iter().zip(leaves).map(differing).collect()
                     };
-                    let [ours, theirs] = [&expected[..], got].map(|words| told(words, &out).join(" "));
-                    format!("{} gives {theirs}, not {ours}", told(&call.arguments, &into).join(" "))
+                    let [ours, theirs] = [&expected[..], got].map(|words| differing(words, &out).join(" "));
+                    format!("{} gives {theirs}, not {ours}", differing(&call.arguments, &into).join(" "))
                 });
             }
         }
@@ -251,9 +251,9 @@ pub(super) fn compare(
     Some(compared)
 }
 
-/// The most by which a float is off, as a share of the largest of its vector; none if another number is not the same.
+/// The largest error of a float, relative to the largest component of its vector; `None` if another number differs.
 ///
-/// NaN is no number that a result may have on one side only.
+/// A NaN on one side only counts as different.
 fn distance(expected: &[u32], got: &[u32], leaves: &[Leaf]) -> Option<f32> {
     let mut most = 0.0_f32;
     for (i, leaf) in leaves.iter().enumerate() {
@@ -264,7 +264,7 @@ fn distance(expected: &[u32], got: &[u32], leaves: &[Leaf]) -> Option<f32> {
             continue;
         }
         let [ours, theirs] = [expected[i], got[i]].map(f32::from_bits);
-        // There is no infinity on a device.
+        // A device has no infinity.
         if (ours.is_nan() && theirs.is_nan()) || (ours == f32::INFINITY && theirs >= f32::MAX) {
             continue;
         }

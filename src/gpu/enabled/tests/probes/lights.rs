@@ -1,9 +1,9 @@
-//! The choice among lights.
+//! The choice of lights.
 
 use super::*;
 
-/// Two points, three spheres of which one shines inwards, a rectangle, a quad that is none and turned round, a
-/// triangle, a disk, and two cylinders of which one shines inwards.
+/// Two points, three spheres of which one emits inwards, a rectangle, a flipped quad that is no rectangle, a triangle,
+/// a disk, and two cylinders of which one emits inwards.
 fn lights() -> LightTable {
     let mut lights = LightTable::default();
     lights.push(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
@@ -43,7 +43,7 @@ fn lights() -> LightTable {
     lights
 }
 
-/// A fan of triangles that is nearly flat: from most places one light, from others several.
+/// A nearly flat fan of triangles: from most points one light, from others several.
 fn fan() -> LightTable {
     let rim = |i: u8| {
         let phi = f32::from(i).powi(2) * 0.1;
@@ -60,21 +60,21 @@ fn tables_of(lights: &LightTable) -> Tables {
     Tables { lights, light_nodes, ..nothing() }
 }
 
-/// How the GPU's choices among seven lights compare with the CPU's.
+/// Comparison of the GPU's and the CPU's choices among seven lights.
 #[derive(Default)]
 struct Choices {
-    /// Places at which some light has another chance.
+    /// Points at which the probability of some light differs.
     unlike: usize,
-    /// Places at which another light is chosen.
+    /// Points at which another light is chosen.
     others: usize,
-    /// Places at which power alone says what is chosen.
+    /// Points at which the choice depends on power alone.
     by_power: usize,
 }
 
 fn choices(device: &Device, table: &LightTable, tables: &Tables, inputs: &[[f32; 9]]) -> Choices {
     let lines = "let choice = choose_light(float3(0u), float3(3u), float(8u), true);
-        put(0u, choice.light); put_float(1u, choice.chance);
-        for (var i = 0u; i < 7u; i++) { put_float(2u + i, light_chance(float3(0u), float3(3u), i, true)); }";
+        put(0u, choice.light); put_float(1u, choice.pmf);
+        for (var i = 0u; i < 7u; i++) { put_float(2u + i, light_pmf(float3(0u), float3(3u), i, true)); }";
     let total: u32 = tables.light_nodes[0].units;
     let by_power = [0, 1, 2, 3, 4, 5, 6].map(|light| table.tree().units(light) as f32 / total as f32);
     let is_close = |(a, b): (&f32, &f32)| (a - b).abs() <= 2e-5;
@@ -82,36 +82,36 @@ fn choices(device: &Device, table: &LightTable, tables: &Tables, inputs: &[[f32;
     for (input, out) in inputs.iter().zip(probe::<9, 9>(device, lines, &bits(inputs), tables)) {
         let [x, y, z, nx, ny, nz, .., u] = *input;
         let (p, n) = (vec3([x, y, z]), vec3([nx, ny, nz]));
-        let chances = [0, 1, 2, 3, 4, 5, 6].map(|light| table.chance(p, n, Wrapping(light), true));
+        let pmfs = [0, 1, 2, 3, 4, 5, 6].map(|light| table.pmf(p, n, Wrapping(light), true));
         let given = [2, 3, 4, 5, 6, 7, 8].map(|i| f32::from_bits(out[i]));
-        let (light, chance) = table.choose(p, n, u, true);
+        let (light, pmf) = table.choose(p, n, u, true);
         let is_same = out[0] == light.0;
-        // Cosines and sines of sums of angles cancel: a rounding of each may show as a part of the whole.
-        let is_like = given.iter().zip(&chances).all(is_close);
-        let chance_is_like = !is_same || is_close((&f32::from_bits(out[1]), &chance));
-        seen.unlike += usize::from(!is_like || !chance_is_like);
+        // Cosines and sines of sums of angles cancel, so that a rounding error may become a large relative error.
+        let is_like = given.iter().zip(&pmfs).all(is_close);
+        let pmf_is_like = !is_same || is_close((&f32::from_bits(out[1]), &pmf));
+        seen.unlike += usize::from(!is_like || !pmf_is_like);
         seen.others += usize::from(!is_same);
-        seen.by_power += usize::from(chances.iter().zip(&by_power).all(is_close));
+        seen.by_power += usize::from(pmfs.iter().zip(&by_power).all(is_close));
     }
     seen
 }
 
 #[test]
-fn the_light_tree_gives_the_same_chances() {
+fn light_trees_agree_in_probabilities() {
     let Some(device) = device() else { return };
     let inputs = places();
     let table = lights();
     let seen = choices(&device, &table, &tables_of(&table), &inputs);
     assert!(seen.unlike == 0 && seen.others <= 20, "{} unlike, {} others", seen.unlike, seen.others);
 
-    // A place that is just far enough for one is not for the other.
+    // A point at the limit of being far may be far on one side only.
     let table = fan();
     let mut tables = tables_of(&table);
     let seen = choices(&device, &table, &tables, &inputs);
     assert!(seen.unlike <= 20 && seen.others <= 20, "{} unlike, {} others", seen.unlike, seen.others);
     assert!((1000..inputs.len() - 1000).contains(&seen.by_power), "{} far places", seen.by_power);
 
-    // One light's units more than they are.
+    // One light has too many units of power.
     let own = LightColumns::default();
     let (units, words) = light_rows(&LightTable::default(), &own).place("units").unwrap();
     tables.lights[3 * words + units.word][units.first] += tables.light_nodes[0].units / 100;

@@ -167,12 +167,12 @@ broken!(
 broken!(
     a_view_along_up,
     "<shape type=\"sphere\"><transform name=\"to_world\"><lookat origin=\"0 0 0\" target=\"0 0 1\" up=\"0 0 2\"/></transform></shape>",
-    ["2:49: up is parallel to the direction of view, or target is origin"]
+    ["2:49: up is parallel to the viewing direction, or target is origin"]
 );
 broken!(
     a_flat_transform,
     "<shape type=\"sphere\"><transform name=\"to_world\"><scale z=\"0\"/></transform></shape>",
-    ["2:22: the transform makes everything flat"]
+    ["2:22: the transform is singular"]
 );
 broken!(
     a_perspective_transform,

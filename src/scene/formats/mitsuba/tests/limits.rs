@@ -49,7 +49,7 @@ fn references_that_double_at_each_step_take_no_time() {
     // Each once, and a black one and one that is black from behind.
     assert_eq!(super::read(&doubled(14)).scene.materials.len(), 17);
     let message = errors(&doubled(60));
-    assert!(message[0].ends_with("it is nested more than 16 deep"), "{message:?}");
+    assert!(message[0].ends_with("it is nested more than 16 levels deep"), "{message:?}");
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn required_extensions_that_cannot_change_triangles_are_notes() {
         assert_eq!(growing.notes(), [format!("{name} is left out of materials: 1, in materials[0]")]);
     }
     let notes = required(&["KHR_xmp_json_ld"]).notes();
-    assert!(notes[0].contains("\"KHR_xmp_json_ld\", which does not change the picture at rest"), "{notes:?}");
+    assert!(notes[0].contains("\"KHR_xmp_json_ld\", which does not change the rest pose"), "{notes:?}");
 
     for name in ["KHR_gaussian_splatting", "KHR_accessor_float64", "CESIUM_RTC", "EXT_nurbs", "", "no"] {
         required(&["KHR_texture_transform", name]).error(&["extensionsRequired[1]", &format!("{name:?}")]);

@@ -13,7 +13,7 @@ fn read(material: Value) -> (MaterialKind, [f64; 3], Vec<String>) {
     growing.json["meshes"][0]["primitives"][0]["material"] = 1.into();
     let file = read_split("a.glb", &growing.file(), &Split::Materials).expect("a mesh");
     let notes = file.notes.iter().map(|note| {
-        assert_eq!((note.count, &note.first), (1, &Some(Place::Item("materials[1]".into()))));
+        assert_eq!((note.count, &note.first), (1, &Some(FilePosition::Item("materials[1]".into()))));
         note.message.clone()
     });
     (file.materials[1].kind.clone(), file.materials[1].emission, notes.collect())
@@ -29,7 +29,7 @@ fn metallic(metal: f64, rough: f64) -> Value {
 fn metal_is_a_mirror_and_the_rest_is_matte_with_a_note() {
     let mirror = MaterialKind::Mirror(MirrorParameters { reflectance: RED });
     let matte = MaterialKind::Matte(MatteParameters { reflectance: RED, roughness: 0.0 });
-    let between = "metalness between 0 and 1 is rounded to all or none";
+    let between = "metalness between 0 and 1 is rounded to 0 or 1";
     let rough_metal = "rough metals become perfect mirrors";
     let dielectric = "dielectric materials become matte, without their specular reflection";
     for (metal, rough, kind, right) in [
@@ -132,7 +132,7 @@ fn glass_is_smooth_and_solid_with_notes() {
         MaterialKind::Glass(GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: RED })
     );
     assert_eq!(notes, [""; 0]);
-    let partial = "transmission between 0 and 1 is rounded to all or none";
+    let partial = "transmission between 0 and 1 is rounded to 0 or 1";
     let rough = "rough glass becomes perfectly smooth";
     assert_eq!(glass(0.5, 0.75, solid.clone()).2, [partial, rough]);
     assert_eq!(glass(0.0, 1.0, json!({})).2, ["thin-walled glass becomes solid, and refracts"]);
@@ -173,7 +173,10 @@ fn changes_of_emission_are_noted() {
     assert_eq!(notes_of(json!({ "doubleSided": true })), [""; 0]);
     assert_eq!(notes_of(json!({ "doubleSided": true, "emissiveFactor": [0, 1, 0] })), [double]);
     let texture = json!({ "emissiveFactor": [1, 1, 1], "emissiveTexture": { "index": 0 } });
-    assert_eq!(notes_of(texture), ["textures are not read", "materials that emit by a texture do not emit"]);
+    assert_eq!(
+        notes_of(texture),
+        ["textures are not read", "materials with an emission texture do not emit"]
+    );
     let (_, emission, notes) = read(json!({
         "pbrMetallicRoughness": metallic(1.0, 0.0),
         "emissiveFactor": [1, -1, 0.5],

@@ -33,7 +33,7 @@ fn omissions_from_a_scene_are_noted() {
             "cameras are left out: 2, the first in nodes[0]",
             "meshes of hidden nodes are left out: 2, the first in nodes[3]",
             "meshes of nodes outside the scene are left out: 2, the first in nodes[4]",
-            "animations are left out, and the rest pose is shown: 1, in animations[1]",
+            "animations are left out; the rest pose is rendered: 1, in animations[1]",
         ]
     );
 }
@@ -80,8 +80,8 @@ fn normals_and_uv_that_are_not_numbers_are_left_out() {
     assert_eq!(
         growing.notes(),
         [
-            "normals of length 0 are left out, and shading is flat there: 1, in meshes[0].primitives[0]",
-            "normals that are not numbers are left out, and shading is flat there: 1, in meshes[0].primitives[0]",
+            "normals of length 0 are ignored; shading is flat there: 1, in meshes[0].primitives[0]",
+            "normals that are not numbers are ignored; shading is flat there: 1, in meshes[0].primitives[0]",
             "uv that are not numbers, or larger than 10¹⁸, are taken for 0: 2, the first in meshes[0].primitives[0]",
         ]
     );
@@ -97,7 +97,7 @@ fn a_wrong_length_in_the_header_is_noted() {
         let file = read_split("a.glb", &file, &Split::Whole).unwrap();
         let notes: Vec<_> = file.notes.iter().map(Note::to_string).collect();
         let note =
-            "the length in the header is not that of the file, and the file is read to its end: 1, at byte 8";
+            "the length in the header differs from that of the file, which is read to its end: 1, at byte 8";
         assert_eq!(notes, [note]);
     }
 }
@@ -107,7 +107,7 @@ fn matrices_that_are_not_affine_are_noted() {
     let mut growing = Growing::triangle(CORNERS);
     growing.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
     assert_eq!(growing.positions(), CORNERS);
-    let note = "matrices whose last row is not 0 0 0 1 are read as if it were: 1, in nodes[0]";
+    let note = "the last row of matrices is read as 0 0 0 1: 1, in nodes[0]";
     assert_eq!(growing.notes(), [note]);
     growing.json["nodes"][0]["matrix"][3] = 1e-9.into();
     assert_eq!(growing.notes(), [""; 0]);

@@ -71,7 +71,7 @@ fn morph_targets_that_do_not_fit_are_errors() {
     let mut zeros = with(json!([{ "POSITION": 4 }]));
     let count = 1_u64 << 60;
     zeros.accessor(json!({ "componentType": 5126, "count": count, "type": "VEC3" }));
-    zeros.error(&["targets[0]", "accessor 4", "promises 1152921504606846976"]);
+    zeros.error(&["targets[0]", "accessor 4", "declares 1152921504606846976"]);
     zeros.json["accessors"][4]["count"] = 3.into();
     assert_eq!(zeros.positions(), CORNERS);
 }
@@ -313,7 +313,7 @@ fn wrong_copies_are_errors() {
             let zeros = json!({ "componentType": 5126, "count": count, "type": "VEC3" });
             json!({ "TRANSLATION": growing.accessor(zeros) })
         })
-        .error(&["nodes[0]", if count < 1 << 30 { "more than 64 times" } else { "promises" }]);
+        .error(&["nodes[0]", if count < 1 << 30 { "more than 64 times" } else { "declares" }]);
     }
     // A few thousand copies of a triangle are within the limit.
     assert_eq!(both(3000, 3000).positions().len(), 9000);
@@ -326,10 +326,7 @@ fn skinned_meshes_have_no_copies() {
     growing.json["nodes"][0]["extensions"] =
         json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": three } } });
     assert_eq!(growing.positions().len(), 4);
-    assert_eq!(
-        growing.notes(),
-        ["copies of skinned meshes are left out, except one of each mesh: 1, in nodes[0]"]
-    );
+    assert_eq!(growing.notes(), ["only one copy of each skinned mesh is read: 1, in nodes[0]"]);
 }
 
 #[test]

@@ -1,9 +1,9 @@
-//! Files that are refused: those that contradict themselves, of another version, or without JSON.
+//! Files that are rejected: contradictory ones, other versions, and invalid JSON.
 
 use super::*;
 
 #[test]
-fn lies_are_told_where_and_why() {
+fn contradictions_are_reported_with_location_and_reason() {
     let huge = json!(1_u64 << 60);
     for (at, value, words) in [
         ("/asset/version", json!("1.0"), ["glTF version 1.0;", "version 2 is read"]),
@@ -21,16 +21,16 @@ fn lies_are_told_where_and_why() {
         ("/meshes/0/primitives/0/indices", json!(0), ["accessor 0", "no indices"]),
         ("/meshes/1/primitives/2/mode", json!(7), ["meshes[1].primitives[2]", "mode is 7, but"]),
         ("/meshes/0/primitives/0/attributes/POSITION", json!(3), ["accessor 3", "does not fit"]),
-        ("/accessors/0/count", huge.clone(), ["accessor 0", "promises 1152921504606846976"]),
-        ("/accessors/0/count", json!(5), ["accessor 0", "promises 5"]),
+        ("/accessors/0/count", huge.clone(), ["accessor 0", "declares 1152921504606846976"]),
+        ("/accessors/0/count", json!(5), ["accessor 0", "declares 5"]),
         ("/accessors/0/byteOffset", json!(u64::MAX), ["accessor 0", "does not hold"]),
         ("/accessors/0/byteOffset", json!(4), ["accessor 0", "does not hold"]),
         ("/accessors/0/componentType", json!(5130), ["accessor 0", "unknown type 5130"]),
         ("/accessors/0/bufferView", json!(null), ["accessor 0 has no buffer view", "name the one with"]),
         ("/accessors/0/bufferView", json!(8), ["buffer view 8", "only 6"]),
         ("/accessors/1/count", json!(3), ["4 positions", "normals"]),
-        ("/accessors/3/count", json!(7), ["accessor 3", "promises 7"]),
-        ("/accessors/4/sparse/count", huge.clone(), ["accessor 4", "promises"]),
+        ("/accessors/3/count", json!(7), ["accessor 3", "declares 7"]),
+        ("/accessors/4/sparse/count", huge.clone(), ["accessor 4", "declares"]),
         (
             "/accessors/4/sparse/indices",
             json!({ "bufferView": 2, "byteOffset": 4, "componentType": 5121 }),
@@ -40,7 +40,7 @@ fn lies_are_told_where_and_why() {
         ("/bufferViews/0/byteOffset", json!(u64::MAX), ["buffer view 0", "of a buffer of 108"]),
         ("/bufferViews/0/buffer", json!(1), ["buffer 1", "only 1"]),
         ("/bufferViews/1/byteStride", json!(2), ["elements of 3 bytes", "buffer view 1 holds 2"]),
-        ("/buffers/0/byteLength", huge, ["108 bytes of 1152921504606846976", "cut off"]),
+        ("/buffers/0/byteLength", huge, ["108 bytes of 1152921504606846976", "truncated"]),
         ("/buffers/0/uri", json!("https://example.org/a.bin"), ["https://", "another machine"]),
         ("/buffers/0/uri", json!("data:;base64,?"), ["buffer 0", "no base64"]),
         ("/buffers/0/uri", json!("data:text/plain,a"), ["buffer 0", "not in base64"]),
@@ -66,11 +66,11 @@ fn lies_are_told_where_and_why() {
     }
     let good = glb(&document(), &binary());
     for (bytes, words) in [
-        (b"glT".to_vec(), ["byte 0", "cut off"]),
+        (b"glT".to_vec(), ["byte 0", "truncated"]),
         (b"glUF\x02\0\0\0\x0c\0\0\0".to_vec(), ["a.glb", "does not begin"]),
         (b"glTF\x01\0\0\0\x0c\0\0\0".to_vec(), ["version 1", "version 2"]),
         (b"glTF\x02\0\0\0\x0c\0\0\0".to_vec(), ["a.glb", "no JSON"]),
-        (good[..good.len() - 1].to_vec(), ["a chunk of 108 bytes", "cut off"]),
+        (good[..good.len() - 1].to_vec(), ["a chunk of 108 bytes", "truncated"]),
         (good[..40].to_vec(), ["a chunk of", "only 20 are left"]),
     ] {
         let error = read_bytes("a.glb", &bytes).expect_err("an error");
@@ -87,7 +87,7 @@ fn lies_are_told_where_and_why() {
 }
 
 #[test]
-fn the_version_counts_before_all_else() {
+fn the_version_is_checked_first() {
     // In glTF 1.0, nodes and meshes are objects.
     let error_of = |text: &str| read_bytes("a.gltf", text.as_bytes()).unwrap_err();
     for (version, named) in [("1.0", "1.0"), ("3.0", "3.0"), ("1\n", "1\\n")] {
@@ -111,14 +111,14 @@ fn the_version_counts_before_all_else() {
 }
 
 #[test]
-fn text_that_is_no_json_is_told_once_where_and_why() {
+fn invalid_json_is_reported_with_location_and_reason() {
     for (text, message) in [
         ("", "it is empty"),
         (" \n ", "it is empty"),
         ("{a: 3}", "key must be a string (line 1, column 2)"),
-        // The fault in the shape comes first, but is none where there is no JSON.
+        // The structural error comes first, but is irrelevant without JSON.
         ("{ \"meshes\": 3,\n  a", "key must be a string (line 2, column 3)"),
-        ("{\n\"asset\"", "EOF while parsing an object (line 2, column 7): it is cut off"),
+        ("{\n\"asset\"", "EOF while parsing an object (line 2, column 7): it is truncated"),
     ] {
         let right = format!("this is not JSON: {message}");
         assert_eq!(read_bytes("a.gltf", text.as_bytes()).unwrap_err(), format!("a.gltf: {right}"));

@@ -1,4 +1,4 @@
-//! A picture of what is all around, infinitely far away.
+//! The environment map: light from infinity, given by a picture.
 
 use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
@@ -13,55 +13,58 @@ use crate::texture::TextureTable;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A picture of what is all around, and how it is turned.
+/// The parameters of an environment map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surroundings {
-    /// The picture, by its number in the [`TextureTable`]: an image, equirectangular, without transformed uv, repeated
-    /// along u and clamped along v.
+pub struct EnvironmentMapParameters {
+    /// The index of the picture in the [`TextureTable`]. It must be an image in the equirectangular projection, without
+    /// transformed uv, repeated along u and clamped along v.
     pub texture: u32,
-    /// What its radiance is multiplied by.
+    /// The scale factor of its radiance.
     pub scale: [f64; 3],
-    /// Radians by which it is turned about `up`, counter-clockwise seen from above.
+    /// The rotation about `up` in radians, counter-clockwise seen from above.
     pub rotate: f64,
-    /// The direction to its upper edge, of length one. With +z and without rotation the middle column is seen along +x and
-    /// the quarter left of the middle along +y; with another the frame is that of Duff et al. (see [`Frame::around`]).
+    /// The direction to its upper edge, of length one. For +z without rotation, the central column is along +x, and the
+    /// column a quarter of the width to its left along +y. For other directions the frame is that of Duff et al. (see
+    /// [`Frame::around`]).
     pub up: DVec3,
-    /// Whether directions to it are drawn for integrators that find it by the BxDF's directions as well (see
-    /// [`DistantPicture`]).
+    /// Whether directions to it are sampled for integrators that also find it by sampling the BxDF (see
+    /// [`EnvironmentMap`]).
     pub is_contested: bool,
 }
 
-/// A picture of what is all around, sampled in proportion to its radiance by solid angle.
+/// An environment map, sampled in proportion to its radiance by solid angle.
 ///
-/// Of the picture's area, directions have a density that is bilinear between the centres of its texels, as the radiance
-/// is: see [`Grids::push_smooth`].
+/// The density by the picture's area is bilinear between the centres of its texels, as the radiance is: see
+/// [`Grids::push_smooth`].
 ///
-/// Where the BxDF's directions find the picture as well and the two are weighed by multiple importance sampling, drawing
-/// what is darker than the mean gains little: the density is that of the radiance less its mean over the sphere, and zero
-/// where that is negative (Karlík, Šik, Vévoda, Skřivan and Křivánek 2019, "MIS Compensation: Optimizing Sampling
-/// Techniques in Multiple Importance Sampling", §5.1). There the BxDF's directions alone find it, and count in full.
+/// Integrators that also find the map by sampling the BxDF combine both by multiple importance sampling. Sampling the
+/// parts that are darker than the mean gains little then. The density is that of the radiance minus its mean over the
+/// sphere, and zero where that is negative (Karlík, Šik, Vévoda, Skřivan and Křivánek 2019, "MIS Compensation:
+/// Optimizing Sampling Techniques in Multiple Importance Sampling", §5.1). Only BxDF samples find those parts, with
+/// full weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DistantPicture {
-    /// The directions of the middle column and of the quarter left of it at the horizon, and up.
+pub struct EnvironmentMap {
+    /// The directions of the central column and of the column a quarter of the width to its left, both at the horizon,
+    /// and up.
     axes: [[f32; 3]; 3],
-    /// The texture, by its number in the [`TextureTable`].
+    /// The index of the texture in the [`TextureTable`].
     texture: u32,
-    /// Where the smooth grid begins.
+    /// The start of the smooth grid.
     grid: u32,
-    /// What the texture is multiplied by.
+    /// The scale factor of the texture.
     scale: [f32; 3],
-    /// The share of emitted rays whose directions are drawn by the grid; the others are uniform. Where the grid leaves out
-    /// what is darker than the mean, these stand for the mean.
+    /// The fraction of emitted rays whose directions are sampled by the grid; the others are uniform. If the grid omits
+    /// parts that are darker than the mean, the uniform rays represent the mean.
     share: f32,
 }
 
-/// The least share of the light that is brighter than its mean for which what is darker is left out: in the light of a
-/// picture that is nearly the same everywhere such a rest would be noise.
+/// Parts darker than the mean are omitted only if at least this fraction of the light is above the mean: in a nearly
+/// uniform map the remainder would be noise.
 const LEAST_CONTRAST: f64 = 1e-3;
 
 /// The mean radiance of the part of a picture around each point of a smooth grid, the lowest row first, and the columns
 /// and rows of that grid.
-fn radiances(around: &Surroundings, textures: &TextureTable) -> ([usize; 2], Vec<f64>) {
+fn radiances(around: &EnvironmentMapParameters, textures: &TextureTable) -> ([usize; 2], Vec<f64>) {
     let ([width, height], texel) = textures.image_texels(around.texture);
     let [columns, rows] = [width.min(MOST_POINTS[0]), height.min(MOST_POINTS[1])];
     let radiance = |x: usize, y: usize| {
@@ -84,15 +87,15 @@ fn radiances(around: &Surroundings, textures: &TextureTable) -> ([usize; 2], Vec
     ([columns, rows], means)
 }
 
-impl DistantPicture {
-    /// The light of a picture, with its grid among others; none if it is dark.
+impl EnvironmentMap {
+    /// The light of a picture, with its grid added to others; `None` if it is black.
     pub(super) fn new(
-        around: &Surroundings,
+        around: &EnvironmentMapParameters,
         textures: &TextureTable,
         grids: &mut Grids,
-    ) -> Option<DistantPicture> {
+    ) -> Option<EnvironmentMap> {
         let ([columns, rows], radiances) = radiances(around, textures);
-        // The solid angle of a texel is proportional to the sine of its angle from above.
+        // The solid angle of a texel is proportional to the sine of its angle from the pole.
         let sines: Vec<f64> = (0..rows).map(|row| libm::sin((row as f64 + 0.5) / rows as f64 * PI)).collect();
         let by_angle = |less: f64| -> Vec<f64> {
             let number = |(i, radiance): (usize, &f64)| (radiance - less).max(0.0) * sines[i / columns];
@@ -111,12 +114,12 @@ impl DistantPicture {
         } else {
             (all, 1.0)
         };
-        // Adding zero makes −0 a 0, which has another frame.
+        // Adding zero turns −0 into 0; the frame of −0 differs.
         let up = narrow((around.up + DVec3::ZERO).to_array());
         let frame = Frame::around(Vec3::<f32>::splat(up));
         let (sin, cos) = (libm::sin(around.rotate) as f32, libm::cos(around.rotate) as f32);
         let axes = [frame.s * cos + frame.t * sin, frame.t * cos - frame.s * sin, frame.n];
-        Some(DistantPicture {
+        Some(EnvironmentMap {
             axes: axes.map(|axis| axis.lane(0)),
             texture: around.texture,
             grid: grids.push_smooth([columns, rows], &numbers),
@@ -126,7 +129,7 @@ impl DistantPicture {
     }
 }
 
-/// The direction to a point of the picture, and the sine of its angle from above.
+/// The direction to a point of the picture, and the sine of its angle from the pole.
 #[inline(always)]
 fn direction<F: Float>(lights: &LaneLights<'_, F>, [u, v]: [F; 2]) -> (Vec3<F>, F) {
     let [ahead, left] = lights.edges();
@@ -137,7 +140,7 @@ fn direction<F: Float>(lights: &LaneLights<'_, F>, [u, v]: [F; 2]) -> (Vec3<F>, 
     (ahead * (along * sin) + left * (across * sin) + lights.normal() * cos, sin)
 }
 
-/// The point of the picture that is seen in a direction, and the sine of that direction's angle from above.
+/// The point of the picture in a direction, and the sine of that direction's angle from the pole.
 #[inline(always)]
 fn place<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> ([F; 2], F) {
     let [ahead, left] = lights.edges();
@@ -149,7 +152,7 @@ fn place<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> ([F; 2], F) {
     ([u, -angle_turns(sin, z) * 2.0 + 1.0], sin)
 }
 
-/// A density by solid angle from one by the picture's area: a whole turn of it along u, and half a turn along v.
+/// Converts a density by the picture's area to one by solid angle: u covers a whole turn, and v half a turn.
 #[inline(always)]
 fn by_solid_angle<F: Float>(density: F, sin: F) -> F {
     density * (1.0 / (2.0 * PI * PI)) as f32 / sin.max(F::splat(1e-9))
@@ -161,7 +164,7 @@ fn radiance<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, at: [F; 2]) 
     textured_radiance(lights.textures(), lights.texture(), at, Vec3::zero()) * emission
 }
 
-impl Light for DistantPicture {
+impl Light for EnvironmentMap {
     const INFINITE: bool = true;
 
     fn row(&self) -> LightRow {
@@ -230,7 +233,7 @@ impl Light for DistantPicture {
         let uniform = warp::uniform_sphere_pdf::<F>() * (-share + 1.0);
         EmittedRay {
             pdf_direction: pdf * share + uniform,
-            ..EmittedRay::from_beyond(lights.extent(), -towards, radiance, [a, b])
+            ..EmittedRay::from_infinity(lights.extent(), -towards, radiance, [a, b])
         }
     }
 }
@@ -273,7 +276,7 @@ mod tests {
         let mut lights = LightTable::default();
         lights.set_textures(Arc::new(compiler.finish()));
         let up = DVec3::new(0.6, 0.0, 0.8);
-        lights.push_surroundings(&Surroundings {
+        lights.push_environment_map(&EnvironmentMapParameters {
             texture,
             scale: [1.0, 2.0, 0.5],
             rotate: 0.7,
@@ -284,7 +287,7 @@ mod tests {
         lights
     }
 
-    /// The radiance from everywhere, integrated over the sphere.
+    /// The radiance from all directions, integrated over the sphere.
     fn all_around(lights: &LightTable) -> f64 {
         let side = 400;
         let sum: f64 = (0..side * side)
@@ -297,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_carry_the_power_of_the_picture_with_what_sampling_leaves_out() {
+    fn rays_carry_the_power_of_the_map_including_what_sampling_omits() {
         for is_contested in [true, false] {
             let lights = table(is_contested);
             let &(_, radius) = lights.extent();
@@ -316,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_darker_than_the_mean_is_left_out_where_it_is_found_otherwise() {
+    fn parts_darker_than_the_mean_are_omitted_with_multiple_importance_sampling() {
         let drawn = |is_contested: bool| {
             let lights = table(is_contested);
             let (mut sum, mut dark) = (0.0, 0);

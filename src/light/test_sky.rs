@@ -1,4 +1,4 @@
-//! A light at infinity for tests of the table; no scene has it.
+//! A light at infinity for tests of the table; scenes cannot have it.
 
 use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
@@ -7,7 +7,7 @@ use super::sample::{EmittedRay, Escaped, LightSample};
 use crate::math::{Float, Mask, Rgb, Vec3};
 use crate::sampling::warp;
 
-/// A sky of the same radiance everywhere, sampled uniformly by solid angle.
+/// A sky of uniform radiance, sampled uniformly by solid angle.
 #[derive(Clone, Copy)]
 pub(crate) struct Sky {
     pub(crate) radiance: [f32; 3],
@@ -51,7 +51,7 @@ impl Light for Sky {
         let d = warp::uniform_sphere([c, d]);
         EmittedRay {
             pdf_direction: warp::uniform_sphere_pdf(),
-            ..EmittedRay::from_beyond(lights.extent(), d, emission, [a, b])
+            ..EmittedRay::from_infinity(lights.extent(), d, emission, [a, b])
         }
     }
 }

@@ -1,15 +1,15 @@
-//! Hits on shapes of which most scenes have none, completed one by one in functions of their own: scenes without such
-//! shapes have no code for them in their paths.
+//! Hits on custom shapes, which are disks and cylinders. They are completed lane by lane in separate functions, so that
+//! the paths of other scenes contain no code for them.
 
-use super::look::Look;
+use super::attributes::SurfaceAttributes;
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Vec3};
-use crate::shape::{Form, RareForm, Surface};
+use crate::shape::{CustomSurface, Surface, SurfaceKind};
 
-/// The lanes that met a rare shape, and where.
-pub(super) struct Rares<'a> {
-    rows: &'a [(Surface, Look)],
+/// The lanes that hit a custom shape, and the points.
+pub(super) struct CustomHits<'a> {
+    rows: &'a [(Surface, SurfaceAttributes)],
     /// Bit `i` is set if lane `i` is one of them.
     lanes: u32,
     /// Each lane's row.
@@ -25,50 +25,50 @@ fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
     columns
 }
 
-impl<'a> Rares<'a> {
+impl<'a> CustomHits<'a> {
     #[inline(always)]
     pub(super) fn new<F: LaneFloat>(
-        rows: &'a [(Surface, Look)],
+        rows: &'a [(Surface, SurfaceAttributes)],
         lanes: F::Mask,
         row: F::Uint,
         p: Vec3<F>,
-    ) -> Rares<'a> {
+    ) -> CustomHits<'a> {
         let mut row_of = [0; MAX_LANES];
         row.store(&mut row_of);
-        Rares { rows, lanes: lanes.bits(), row: row_of, p: columns(p) }
+        CustomHits { rows, lanes: lanes.bits(), row: row_of, p: columns(p) }
     }
 
     /// Calls `f` for each of the lanes with its shape's kind and form and its point.
     #[inline(always)]
-    fn for_each(&self, mut f: impl FnMut(usize, Wrapping, RareForm<f32>, Vec3<f32>)) {
+    fn for_each(&self, mut f: impl FnMut(usize, Wrapping, CustomSurface<f32>, Vec3<f32>)) {
         let mut lanes = self.lanes;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
             lanes &= lanes - 1;
             let [x, y, z] = &self.p;
-            // Lanes without a hit have no row, but may be asked for with the last one's numbers.
+            // Lanes without a hit have no row, but may be active with the last one's numbers.
             let Some((surface, _)) = self.rows.get(self.row[lane] as usize) else { continue };
-            let Form::Rare(kind) = surface.form else { continue };
+            let SurfaceKind::Custom(kind) = surface.kind else { continue };
             let kind = Wrapping(kind.number());
-            f(lane, kind, surface.rare_form(), Vec3::new(x[lane], y[lane], z[lane]));
+            f(lane, kind, surface.custom_surface(), Vec3::new(x[lane], y[lane], z[lane]));
         }
     }
 
-    /// See [`RareForm::point`].
+    /// See [`CustomSurface::point`].
     #[inline(always)]
     pub(super) fn points<F: LaneFloat>(self) -> (Vec3<F>, F) {
         let [x, y, z, off] = &F::outlined(Points(self));
         (Vec3::new(F::load(x), F::load(y), F::load(z)), F::load(off))
     }
 
-    /// See [`RareForm::tangent`].
+    /// See [`CustomSurface::tangent`].
     #[inline(always)]
     pub(super) fn tangents<F: LaneFloat>(self) -> Vec3<F> {
         let [x, y, z] = &F::outlined(Tangents(self));
         Vec3::new(F::load(x), F::load(y), F::load(z))
     }
 
-    /// See [`RareForm::uv`].
+    /// See [`CustomSurface::uv`].
     #[inline(always)]
     pub(super) fn uv<F: LaneFloat>(self, n: Vec3<F>) -> [F; 2] {
         let [u, v] = &F::outlined(Uvs { at: self, n: columns(n) });
@@ -76,8 +76,8 @@ impl<'a> Rares<'a> {
     }
 }
 
-/// Normals and distances off the surfaces.
-struct Points<'a>(Rares<'a>);
+/// Normals and distances from the surfaces.
+struct Points<'a>(CustomHits<'a>);
 
 impl Kernel for Points<'_> {
     type Output = [[f32; MAX_LANES]; 4];
@@ -99,8 +99,8 @@ impl Kernel for Points<'_> {
     }
 }
 
-/// Directions along u.
-struct Tangents<'a>(Rares<'a>);
+/// Directions of ∂p/∂u.
+struct Tangents<'a>(CustomHits<'a>);
 
 impl Kernel for Tangents<'_> {
     type Output = [[f32; MAX_LANES]; 3];
@@ -121,9 +121,9 @@ impl Kernel for Tangents<'_> {
     }
 }
 
-/// uv where the normals are known.
+/// uv coordinates at points with known normals.
 struct Uvs<'a> {
-    at: Rares<'a>,
+    at: CustomHits<'a>,
     n: [[f32; MAX_LANES]; 3],
 }
 

@@ -1,13 +1,13 @@
-//! Shapes that stay themselves where a transform takes them.
+//! Transforms of shapes that remain shapes of the same kind.
 
 use super::list::*;
 use super::{AnyShape, Piece, Quad, ShapeParameters};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// How far the squares of a similar matrix's columns may be off, as a share of them.
+/// The relative tolerance for the squared lengths of a similarity's columns.
 const SIMILAR: f64 = 1e-9;
 
-/// The scale of a transform that keeps forms: it turns and mirrors, and scales alike along all axes.
+/// The scale of a similarity: a transform that rotates, reflects and scales uniformly.
 fn scale_of(a: &DMat3) -> Option<f64> {
     let squares = a.transpose() * *a;
     let square = squares.x_axis.x;
@@ -16,18 +16,18 @@ fn scale_of(a: &DMat3) -> Option<f64> {
     (most <= SIMILAR * square).then(|| square.sqrt())
 }
 
-/// Whether a matrix scales alike along all axes, and does nothing else.
+/// Whether a matrix scales uniformly and does nothing else.
 fn only_scales(a: &DMat3) -> bool {
     let off = *a - DMat3::from_diagonal(DVec3::splat(a.x_axis.x));
     a.x_axis.x > 0.0 && off.to_cols_array().into_iter().all(|x| x.abs() <= SIMILAR * a.x_axis.x)
 }
 
-/// The pieces of a shape where a transform takes it, and whether their outward side has become the other one; none if
-/// it is no shape of its kind there. With `keeps_uv` its uv are the same there, too: else those of spheres, disks and
-/// cylinders, which follow the world's axes, may be turned.
+/// The pieces of a transformed shape, and whether their outward side has been exchanged with the other one. `None` if
+/// the result is not a shape of the same kind. With `keeps_uv` its uv are unchanged, too; otherwise those of spheres,
+/// disks and cylinders, which follow the world's axes, may be rotated.
 ///
-/// None of a mesh, whose triangles are kept by themselves.
-pub fn moved(shape: &AnyShape, transform: &DAffine3, keeps_uv: bool) -> Option<(Vec<Piece>, bool)> {
+/// `None` for a mesh, whose triangles are stored separately.
+pub fn transformed(shape: &AnyShape, transform: &DAffine3, keeps_uv: bool) -> Option<(Vec<Piece>, bool)> {
     let a = &transform.matrix3;
     let mirrors = a.determinant() < 0.0;
     let point = |p: DVec3| transform.transform_point3(p);
@@ -57,36 +57,38 @@ pub fn moved(shape: &AnyShape, transform: &DAffine3, keeps_uv: bool) -> Option<(
         }
         AnyShape::Plane(_) | AnyShape::Mesh { .. } => return None,
     };
-    // A similar matrix takes a disk's normal to its normal, mirrored or not.
+    // A similarity maps a disk's normal to its normal, with or without reflection.
     Some((pieces, false))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Rare;
+    use crate::shape::CustomShape;
     use glam::DQuat;
 
     #[test]
-    fn shapes_stay_themselves_where_nothing_squeezes_them() {
+    fn similarities_preserve_shapes() {
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 0.7);
         let similar = DAffine3::from_scale_rotation_translation(DVec3::splat(2.0), turn, DVec3::X * 3.0);
         let squeezed = DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 1.0, 2.0), turn, DVec3::X);
         let grown = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), DQuat::IDENTITY, DVec3::Y);
         let ball = AnyShape::Sphere(SphereParameters { center: DVec3::Z, radius: 1.5 });
-        let Some((pieces, false)) = moved(&ball, &similar, false) else { panic!("a sphere") };
+        let Some((pieces, false)) = transformed(&ball, &similar, false) else { panic!("a sphere") };
         let [Piece::Sphere(sphere)] = pieces[..] else { panic!("one sphere") };
         assert!((sphere.radius - 3.0).abs() < 1e-6);
         let centre = similar.transform_point3(DVec3::Z).to_array();
         assert!((0..3).all(|i| (f64::from(sphere.centre[i]) - centre[i]).abs() < 1e-6));
-        // Its uv are turned.
-        assert!(moved(&ball, &similar, true).is_none() && moved(&ball, &squeezed, false).is_none());
-        assert!(moved(&ball, &grown, true).is_some());
+        // Its uv are rotated.
+        assert!(
+            transformed(&ball, &similar, true).is_none() && transformed(&ball, &squeezed, false).is_none()
+        );
+        assert!(transformed(&ball, &grown, true).is_some());
         let pane = AnyShape::Quad(QuadParameters { corner: DVec3::ZERO, u: DVec3::X, v: DVec3::Y });
         for (transform, turned) in
             [(squeezed, false), (DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0)), true)]
         {
-            let Some((pieces, is_turned)) = moved(&pane, &transform, true) else { panic!("a quad") };
+            let Some((pieces, is_turned)) = transformed(&pane, &transform, true) else { panic!("a quad") };
             assert_eq!((pieces.len(), is_turned), (1, turned));
             let inverse = transform.matrix3.inverse().transpose();
             let outward =
@@ -95,10 +97,12 @@ mod tests {
         }
         let disk = AnyShape::Disk(DiskParameters { center: DVec3::X, normal: DVec3::Z, radius: 1.0 });
         let flipped = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
-        let Some((pieces, false)) = moved(&disk, &flipped, false) else { panic!("a disk") };
-        let [Piece::Rare(Rare::Disk(disk))] = pieces[..] else { panic!("one disk") };
+        let Some((pieces, false)) = transformed(&disk, &flipped, false) else { panic!("a disk") };
+        let [Piece::Custom(CustomShape::Disk(disk))] = pieces[..] else { panic!("one disk") };
         assert_eq!(disk.normal, [0.0, 0.0, -1.0]);
         let tube = AnyShape::Cylinder(CylinderParameters { from: DVec3::ZERO, to: DVec3::Z, radius: 1.0 });
-        assert!(moved(&tube, &similar, false).is_some() && moved(&tube, &squeezed, false).is_none());
+        assert!(
+            transformed(&tube, &similar, false).is_some() && transformed(&tube, &squeezed, false).is_none()
+        );
     }
 }

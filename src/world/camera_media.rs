@@ -1,21 +1,21 @@
-//! The dielectrics that a camera is inside of.
+//! The dielectrics that contain the camera.
 
 use super::{CompiledScene, Uv, World};
 use crate::material::Media;
 use crate::math::{Ray, Vec3};
 use std::cmp::Reverse;
 
-/// The most surfaces that are looked at.
+/// The maximum number of surfaces that are examined.
 const MOST_SURFACES: u32 = 4096;
 
-/// The number by which mixes choose there; what is less opaque than this is a hole.
+/// The random number that mixes use here. Surfaces with a lower opacity are holes.
 const HALF: f32 = 0.5;
 
 impl CompiledScene {
-    /// With the media that the camera is inside of: those that a ray from its eye upwards leaves without having entered
+    /// Sets the media that contain the camera: those that a ray upwards from the eye leaves without having entered
     /// them.
     #[must_use]
-    pub fn submerged(mut self, world: &World) -> CompiledScene {
+    pub fn with_camera_media(mut self, world: &World) -> CompiledScene {
         let Some(media) = self.materials.media() else { return self };
         let mut ray = Ray::new(Vec3::splat(self.camera.eye), Vec3::splat(self.camera.up).normalized());
         let (mut entered, mut inside) = (Vec::new(), Vec::new());
@@ -24,13 +24,13 @@ impl CompiledScene {
             if !hit.is_some() {
                 break;
             }
-            let mut at = self.interaction(&ray, &hit, true, Uv::WherePatterned);
+            let mut at = self.interaction(&ray, &hit, true, Uv::IfTextured);
             let mut opacity = 1.0;
             if self.materials.is_walked() {
                 (at, opacity) = self.modified(at, ray.d, true, HALF);
             }
             if opacity < HALF {
-                // It goes through a hole.
+                // The ray passes through a hole.
                 ray = at.straight_on(&ray);
                 continue;
             }
@@ -44,7 +44,7 @@ impl CompiledScene {
             }
             ray = at.straight_on(&ray);
         }
-        // What is left first was entered last, and comes before others of its priority.
+        // The medium that is left first was entered last, and takes precedence among equal priorities.
         inside.sort_by_key(|&medium| Reverse(media.priority(medium).0));
         self.inside = Media::packed(inside.into_iter().map(|medium| medium.0));
         self

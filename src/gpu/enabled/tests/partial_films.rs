@@ -1,4 +1,4 @@
-//! Going on with a film whose pixels don't all have the same.
+//! Continuing films whose pixels have different numbers of samples.
 
 use super::{GpuWorker, Prepared, carry_out, device, scenes};
 use crate::film::Film;
@@ -17,7 +17,7 @@ fn add(film: &mut Film, batches: &[SampleBatch]) {
 }
 
 #[test]
-fn pixels_get_what_they_lack_and_the_film_is_that_of_one_run() {
+fn pixels_get_their_missing_samples_and_the_film_equals_that_of_one_run() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(40, 30), 0);
     let order = |stride, first, end| Order { stride, first, end };

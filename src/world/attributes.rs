@@ -1,15 +1,15 @@
-//! What a surface is but for its form.
+//! Attributes of a surface other than its geometry.
 
-/// The properties of a surface other than its form.
+/// The attributes of a surface other than its geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct SurfaceAttributes {
     /// Row in the material table.
     pub material: u32,
-    /// Radiance that leaves the outward side.
+    /// Radiance emitted on the outward side, W·m⁻²·sr⁻¹.
     pub emission: [f32; 3],
-    /// The texture that this radiance is, or [`NO_TEXTURE`](crate::texture::NO_TEXTURE).
+    /// Index of the texture of the emission, or [`NO_TEXTURE`](crate::texture::NO_TEXTURE).
     pub emission_texture: u32,
-    /// Whether outward is the other side.
+    /// Whether the outward side is the opposite of the shape's own.
     pub flip_normal: bool,
     /// Index of the entity in the scene.
     pub entity: u32,
@@ -17,8 +17,8 @@ pub struct Look {
     pub light: u32,
 }
 
-impl Look {
-    /// Whether it emits light that is no texture.
+impl SurfaceAttributes {
+    /// Whether it emits a constant radiance.
     pub(super) fn emits(&self) -> bool {
         self.emission.iter().any(|&e| e > 0.0)
     }

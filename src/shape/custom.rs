@@ -1,28 +1,28 @@
-//! The shapes of which most scenes have none.
+//! Shapes with intersection and surface functions of their own, such as disks and cylinders.
 
-use super::{Bounds, RareShape, Shape, Surface};
+use super::{Bounds, Shape, Surface, SurfaceFunctions};
 use crate::math::{Float, Ray, Uint, Vec3};
 
-/// What hits on rare shapes look up. What it is in each shape its file says.
+/// The numbers of a custom shape that hits look up. Their meanings are in the file of each shape.
 #[derive(Clone, Copy, Debug)]
-pub struct RareForm<F> {
+pub struct CustomSurface<F> {
     /// A point.
     pub anchor: Vec3<F>,
     /// A direction of length one.
     pub axis: Vec3<F>,
     /// A length.
     pub constant: F,
-    /// A vector for u,
+    /// A vector for u.
     pub u_axis: Vec3<F>,
-    /// and a number.
+    /// An offset for u.
     pub u_offset: F,
-    /// The same for v.
+    /// A vector for v.
     pub v_axis: Vec3<F>,
-    /// See there.
+    /// An offset for v.
     pub v_offset: F,
 }
 
-impl RareKind {
+impl CustomKind {
     /// Its number, from one.
     pub const fn number(self) -> u32 {
         self as u32 + 1
@@ -30,11 +30,11 @@ impl RareKind {
 }
 
 impl Surface {
-    /// What hits on a rare shape look up.
+    /// The numbers of a custom shape.
     #[inline(always)]
-    pub fn rare_form(&self) -> RareForm<f32> {
+    pub fn custom_surface(&self) -> CustomSurface<f32> {
         let ([ux, uy, uz, u_offset], [vx, vy, vz, v_offset]) = (self.u_axis, self.v_axis);
-        RareForm {
+        CustomSurface {
             anchor: Vec3::splat(self.anchor),
             axis: Vec3::splat(self.normal),
             constant: self.distance,
@@ -46,24 +46,24 @@ impl Surface {
     }
 }
 
-/// Makes one shape of several.
-macro_rules! rare {
+/// Makes one type of several shapes, and dispatches to them.
+macro_rules! custom {
     ($($file:ident::$shape:ident),+) => {
         $(pub use super::$file::$shape;)+
 
-        /// Any of the shapes of which most scenes have none. Rays are tested against all of these in one place, which
-        /// is skipped in scenes without them.
+        /// A shape with functions of its own. Most scenes have none: rays are tested against these shapes in one place,
+        /// which scenes without them skip.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Rare {
+        pub enum CustomShape {
             $(
                 #[doc = concat!("A [`", stringify!($shape), "`].")]
                 $shape($shape),
             )+
         }
 
-        /// Which of these shapes it is.
+        /// The kind of a custom shape.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum RareKind {
+        pub enum CustomKind {
             $(
                 #[doc = concat!("A [`", stringify!($shape), "`].")]
                 $shape,
@@ -71,43 +71,44 @@ macro_rules! rare {
         }
 
         $(
-            impl From<$shape> for Rare {
-                fn from(shape: $shape) -> Rare {
-                    Rare::$shape(shape)
+            impl From<$shape> for CustomShape {
+                fn from(shape: $shape) -> CustomShape {
+                    CustomShape::$shape(shape)
                 }
             }
         )+
 
-        impl Shape for Rare {
+        impl Shape for CustomShape {
             #[inline(always)]
             fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
                 match self {
-                    $(Rare::$shape(shape) => shape.intersect(ray),)+
+                    $(CustomShape::$shape(shape) => shape.intersect(ray),)+
                 }
             }
 
             fn bounds(&self) -> Bounds {
                 match self {
-                    $(Rare::$shape(shape) => shape.bounds(),)+
+                    $(CustomShape::$shape(shape) => shape.bounds(),)+
                 }
             }
 
             fn surface(&self) -> Surface {
                 match self {
-                    $(Rare::$shape(shape) => shape.surface(),)+
+                    $(CustomShape::$shape(shape) => shape.surface(),)+
                 }
             }
         }
 
-        impl<F: Float> RareForm<F> {
-            /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the
-            /// surface along that normal. `p` is a computed hit: off by rounding alone. Lanes of no kind are unspecified.
+        impl<F: Float> CustomSurface<F> {
+            /// The outward unit normal of the surface at its point nearest to `p`, and the distance of `p` from the
+            /// surface along that normal. `p` is a computed hit: off by rounding errors only. Lanes of no kind are
+            /// unspecified.
             #[inline(always)]
             pub fn point(&self, kind: F::Uint, p: Vec3<F>) -> (Vec3<F>, F) {
                 let mut point = (self.axis, F::zero());
                 $(
                     point = F::branch(
-                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        kind.eq(F::Uint::splat(CustomKind::$shape.number())),
                         point,
                         #[inline(always)]
                         || $shape::point(self, p),
@@ -116,13 +117,13 @@ macro_rules! rare {
                 point
             }
 
-            /// The direction at a point on the surface in which u grows and v does not change, of any length.
+            /// The direction, at a point on the surface, in which u increases and v is constant, of any length.
             #[inline(always)]
             pub fn tangent(&self, kind: F::Uint, p: Vec3<F>) -> Vec3<F> {
                 let mut tangent = self.axis;
                 $(
                     tangent = F::branch(
-                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        kind.eq(F::Uint::splat(CustomKind::$shape.number())),
                         tangent,
                         #[inline(always)]
                         || $shape::tangent(self, p),
@@ -131,13 +132,13 @@ macro_rules! rare {
                 tangent
             }
 
-            /// uv at a point on the surface, where the outward unit normal is `n`.
+            /// uv at a point on the surface, given its outward unit normal `n`.
             #[inline(always)]
             pub fn uv(&self, kind: F::Uint, p: Vec3<F>, n: Vec3<F>) -> [F; 2] {
                 let mut uv = [F::zero(); 2];
                 $(
                     uv = F::branch(
-                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        kind.eq(F::Uint::splat(CustomKind::$shape.number())),
                         uv,
                         #[inline(always)]
                         || $shape::uv(self, p, n),
@@ -146,13 +147,13 @@ macro_rules! rare {
                 uv
             }
 
-            /// The area of uv for each area of the surface at a point.
+            /// The area of uv per area of the surface at a point.
             #[inline(always)]
             pub fn uv_per_area(&self, kind: F::Uint, p: Vec3<F>) -> F {
                 let mut area = F::zero();
                 $(
                     area = F::branch(
-                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        kind.eq(F::Uint::splat(CustomKind::$shape.number())),
                         area,
                         #[inline(always)]
                         || $shape::uv_per_area(self, p),
@@ -161,13 +162,13 @@ macro_rules! rare {
                 area
             }
 
-            /// The gradients of u and of v along the surface at a point.
+            /// The gradients of u and v along the surface at a point.
             #[inline(always)]
             pub fn uv_gradients(&self, kind: F::Uint, p: Vec3<F>) -> [Vec3<F>; 2] {
                 let mut gradients = [Vec3::zero(); 2];
                 $(
                     gradients = F::branch(
-                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        kind.eq(F::Uint::splat(CustomKind::$shape.number())),
                         gradients,
                         #[inline(always)]
                         || $shape::uv_gradients(self, p),
@@ -179,4 +180,4 @@ macro_rules! rare {
     };
 }
 
-rare! { disk::Disk, cylinder::Cylinder }
+custom! { disk::Disk, cylinder::Cylinder }

@@ -8,7 +8,7 @@
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
 use super::macros::{for_lanes, numbers};
-use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
+use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint, no_table};
 use std::arch::x86_64::*;
 
 const N: usize = 8;
@@ -113,16 +113,8 @@ impl Uint for Uint8 {
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
-        let last = last_index(table.len());
-        // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is
-        // not loaded beyond its end.
-        unsafe {
-            let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
-            if table.len() <= 2 * N {
-                return Uint8(_mm256_castps_si256(look_up(table.as_ptr().cast(), last, index)));
-            }
-            Uint8(_mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index))
-        }
+        // The slice has as many values as it says.
+        Uint8(unsafe { _mm256_castps_si256(look_up(table.as_ptr().cast(), table.len(), index.0)) })
     }
     #[inline(always)]
     fn shl<const K: u32>(self) -> Self {
@@ -189,31 +181,35 @@ impl LaneUint for Uint8 {
     }
 }
 
-/// The last index of a table, in the type of the processor's gather.
-#[inline(always)]
-fn last_index(len: usize) -> i32 {
-    assert!(len > 0 && len <= i32::MAX as usize, "a gather from a table of {len} entries");
-    (len - 1) as i32
-}
-
-/// Entries of a table of at most sixteen, in one or two registers.
+/// Entries of a table. Most tables have at most eight, for which this takes the fewest instructions.
 ///
 /// # Safety
-/// `table` holds `last + 1` values, and no index is above `last`.
+/// `table` holds `len` values.
 #[inline(always)]
-unsafe fn look_up(table: *const f32, last: i32, index: __m256i) -> __m256 {
-    // Loads are masked to the table; the second register is loaded only if the table extends into it.
+unsafe fn look_up(table: *const f32, len: usize, index: __m256i) -> __m256 {
+    // An empty table is last among the lengths.
+    let last = len.wrapping_sub(1);
+    // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is not loaded
+    // beyond its end, and a long one is no longer than an index of the processor's gather reaches.
     unsafe {
-        let place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-        let there = |first: i32| _mm256_cmpgt_epi32(_mm256_set1_epi32(last + 1 - first), place);
-        let low = _mm256_permutevar8x32_ps(_mm256_maskload_ps(table, there(0)), index);
-        if last < N as i32 {
-            return low;
+        let ends = _mm256_set1_epi32(last as i32);
+        let index = _mm256_min_epu32(index, ends);
+        // The places of a register that are in the table.
+        let there = |places: __m256i| _mm256_cmpeq_epi32(_mm256_min_epu32(places, ends), places);
+        if last < N {
+            let places = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            _mm256_permutevar8x32_ps(_mm256_maskload_ps(table, there(places)), index)
+        } else if last < 2 * N {
+            let places = _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15);
+            let low = _mm256_permutevar8x32_ps(_mm256_loadu_ps(table), index);
+            let high = _mm256_permutevar8x32_ps(_mm256_maskload_ps(table.add(N), there(places)), index);
+            // The bit that selects the register, moved to the position where a blend reads it.
+            _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index)))
+        } else if last < i32::MAX as usize {
+            _mm256_i32gather_ps::<4>(table, index)
+        } else {
+            no_table(len)
         }
-        let high = _mm256_maskload_ps(table.add(N), there(N as i32));
-        let high = _mm256_permutevar8x32_ps(high, index);
-        // The bit that selects the register, moved to the position where a blend reads it.
-        _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index)))
     }
 }
 
@@ -228,15 +224,8 @@ impl Float for Float8 {
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uint8) -> Self {
-        let last = last_index(table.len());
         // As for integers.
-        unsafe {
-            let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
-            if table.len() <= 2 * N {
-                return Float8(look_up(table.as_ptr(), last, index));
-            }
-            Float8(_mm256_i32gather_ps::<4>(table.as_ptr(), index))
-        }
+        Float8(unsafe { look_up(table.as_ptr(), table.len(), index.0) })
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -8,7 +8,7 @@
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
 use super::macros::{for_lanes, numbers};
-use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
+use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint, no_table};
 use std::arch::x86_64::*;
 
 const N: usize = 16;
@@ -109,17 +109,8 @@ impl Uint for Uint16 {
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
-        let last = last_index(table.len());
-        // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is
-        // not loaded beyond its end.
-        unsafe {
-            let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
-            if table.len() <= N {
-                let table = _mm512_maskz_loadu_epi32(up_to(last), table.as_ptr().cast());
-                return Uint16(_mm512_permutexvar_epi32(index, table));
-            }
-            Uint16(_mm512_i32gather_epi32::<4>(index, table.as_ptr().cast()))
-        }
+        // The slice has as many values as it says.
+        Uint16(unsafe { _mm512_castps_si512(look_up(table.as_ptr().cast(), table.len(), index.0)) })
     }
     #[inline(always)]
     fn shl<const K: u32>(self) -> Self {
@@ -186,11 +177,26 @@ impl LaneUint for Uint16 {
     }
 }
 
-/// The last index of a table, in the type of the processor's gather.
+/// Entries of a table.
+///
+/// # Safety
+/// `table` holds `len` values.
 #[inline(always)]
-fn last_index(len: usize) -> i32 {
-    assert!(len > 0 && len <= i32::MAX as usize, "a gather from a table of {len} entries");
-    (len - 1) as i32
+unsafe fn look_up(table: *const f32, len: usize, index: __m512i) -> __m512 {
+    // An empty table is last among the lengths.
+    let last = len.wrapping_sub(1);
+    // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is not loaded
+    // beyond its end, and a long one is no longer than an index of the processor's gather reaches.
+    unsafe {
+        let index = _mm512_min_epu32(index, _mm512_set1_epi32(last as i32));
+        if last < N {
+            _mm512_permutexvar_ps(index, _mm512_maskz_loadu_ps(up_to(last as i32), table))
+        } else if last < i32::MAX as usize {
+            _mm512_i32gather_ps::<4>(index, table)
+        } else {
+            no_table(len)
+        }
+    }
 }
 
 impl Float for Float16 {
@@ -204,16 +210,8 @@ impl Float for Float16 {
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uint16) -> Self {
-        let last = last_index(table.len());
         // As for integers.
-        unsafe {
-            let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
-            if table.len() <= N {
-                let table = _mm512_maskz_loadu_ps(up_to(last), table.as_ptr());
-                return Float16(_mm512_permutexvar_ps(index, table));
-            }
-            Float16(_mm512_i32gather_ps::<4>(index, table.as_ptr()))
-        }
+        Float16(unsafe { look_up(table.as_ptr(), table.len(), index.0) })
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -41,6 +41,15 @@ pub use number::{
 
 pub(crate) use macros::{function, value};
 
+/// Refuses to gather from a table that is empty, or longer than indices reach. The length is a value, as one that is
+/// formatted in place would be written to memory before every gather.
+#[cfg(target_arch = "x86_64")]
+#[cold]
+#[inline(never)]
+fn no_table(len: usize) -> ! {
+    panic!("a gather from a table of {len} entries")
+}
+
 // The lanes of the level `portable`.
 #[cfg(not(target_arch = "x86_64"))]
 use portable::{Eight, Four};

@@ -232,7 +232,7 @@ impl<F: Float> Surroundings<F> for InMemory<'_, F> {
 /// Whether a scene needs surroundings: whether it has media or holes.
 #[inline(always)]
 pub(super) fn are_tracked(scene: &CompiledScene) -> bool {
-    scene.materials.media().is_some() | scene.materials.has_holes()
+    scene.materials.has_surroundings()
 }
 
 /// Resets the surroundings of the paths in `lanes` to those at the camera.

@@ -124,15 +124,15 @@ pub(super) fn direct_light<F: Float, S: Surroundings<F>>(
                 let hidden = context.world.occluded(&shadow, length, possible, ignores_meshes);
                 let weighted = share * power_heuristic(pdf, found);
                 let mut added = weighted.only(possible & !hidden);
-                if context.scene.materials.has_holes() {
-                    let active = possible & hidden;
-                    added = F::branch(
-                        active,
-                        added,
-                        #[inline(always)]
-                        || {
-                            weighted
-                                * seen_through(
+                if interiors::are_tracked(context.scene) {
+                    if context.scene.materials.has_holes() {
+                        let active = possible & hidden;
+                        added = F::branch(
+                            active,
+                            added,
+                            #[inline(always)]
+                            || {
+                                let share = seen_through(
                                     context,
                                     &state,
                                     &around,
@@ -140,11 +140,13 @@ pub(super) fn direct_light<F: Float, S: Surroundings<F>>(
                                     length,
                                     active,
                                     ignores_meshes,
-                                )
-                        },
-                    );
+                                );
+                                weighted * share
+                            },
+                        );
+                    }
+                    added = interiors::attenuated(context.scene, &around, &at, sample.wi, length, added);
                 }
-                let added = interiors::attenuated(context.scene, &around, &at, sample.wi, length, added);
                 observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
                 added
             },

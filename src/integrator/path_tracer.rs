@@ -221,11 +221,13 @@ fn step<F: Float, S: Surroundings<F>>(
         #[inline(always)]
         || {
             let vertex = Vertex::new(context, &state, &around, hit, met, observer);
-            let mut solid = met;
-            if context.scene.materials.has_holes() {
-                solid = solid & !vertex.holes;
+            let (mut around, mut solid, mut is_none) = (around, met, none);
+            if interiors::are_tracked(context.scene) {
+                if context.scene.materials.has_holes() {
+                    solid = solid & !vertex.holes;
+                }
+                (around, is_none) = interiors::at_surface(context.scene, around, &vertex.at, solid);
             }
-            let (around, is_none) = interiors::at_surface(context.scene, around, &vertex.at, solid);
             let weight =
                 if transport.competes() { weight_of_met(context, &state, &vertex) } else { F::splat(1.0) };
             state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);

@@ -22,6 +22,10 @@ pub struct MaterialTable {
     uses_uv: bool,
     is_anisotropic: bool,
     has_delta: bool,
+    pub(super) is_walked: bool,
+    /// Whether rows say by themselves that they use uv, whatever their kinds.
+    has_rows_that_look: bool,
+    has_surroundings: bool,
     media: Media,
     pub(super) kinds: Kinds,
     rows: Vec<Row>,
@@ -30,10 +34,10 @@ pub struct MaterialTable {
     pub(super) textures: Arc<TextureTable>,
 }
 
-/// The lanes whose kind is a chooser's.
+/// The lanes whose kind is that of a chooser by uv.
 macro_rules! lanes_that_choose {
     (
-        { $table:ident, $kind:ident }
+        { $kind:ident }
         leaves $leaves:tt
         choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident($parameters:ident),)* }
     ) => {{
@@ -41,7 +45,7 @@ macro_rules! lanes_that_choose {
         $(
             $(#[$cfg])*
             {
-                if super::$module::$Chooser::BY_UV || $table.kinds.has(Kind::$Chooser) {
+                if super::$module::$Chooser::BY_UV {
                     lanes = lanes | $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
                 }
             }
@@ -144,17 +148,23 @@ impl MaterialTable {
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
         let is_anisotropic = rows.iter().any(|row| row.is_anisotropic);
         let bindings = Bindings::new(rows.len(), bindings);
+        let modifiers = ModifierColumns::new(modifiers);
+        let media = Media::new(&rows);
+        let is_walked = kinds.has(Kind::Mix) | modifiers.has_any();
         let mut table = MaterialTable {
             columns,
             nesting,
             uses_uv: false,
             is_anisotropic,
             has_delta: false,
-            media: Media::new(&rows),
+            is_walked,
+            has_rows_that_look: is_walked | !bindings.is_empty(),
+            has_surroundings: !media.is_empty() | modifiers.has_holes,
+            media,
             kinds,
             rows,
             bindings,
-            modifiers: ModifierColumns::new(modifiers),
+            modifiers,
             textures,
         };
         let all = 0..table.rows.len() as u32;
@@ -206,6 +216,12 @@ impl MaterialTable {
         if self.media.is_empty() { None } else { Some(&self.media) }
     }
 
+    /// Whether paths have surroundings that change along them: whether there are media or holes.
+    #[inline(always)]
+    pub fn has_surroundings(&self) -> bool {
+        self.has_surroundings
+    }
+
     /// Visits the columns of media, which are empty if there are none.
     pub fn media_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.media.columns(reader);
@@ -221,7 +237,13 @@ impl MaterialTable {
     #[inline(always)]
     pub fn lanes_using_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
         let kind = self.columns.kind(material);
-        let mut look = materials!(lanes_that_choose self, kind) | materials!(leaves_that_look kind);
+        let mut look = materials!(lanes_that_choose kind) | materials!(leaves_that_look kind);
+        if !self.has_rows_that_look {
+            return look;
+        }
+        if self.kinds.has(Kind::Mix) {
+            look = look | kind.eq(F::Uint::splat(Kind::Mix as u32));
+        }
         if self.modifiers.has_any() {
             look = look | self.modifiers.lanes::<F>(material);
         }

@@ -46,7 +46,7 @@ impl MaterialTable {
     /// [`Self::resolve`].
     #[inline(always)]
     pub fn is_walked(&self) -> bool {
-        self.kinds.has(Kind::Mix) | self.modifiers.has_any()
+        self.is_walked
     }
 
     /// Whether any material has an opacity, so that paths may pass straight through surfaces.

@@ -22,8 +22,7 @@ impl CompiledScene {
     /// send light to the wrong side of the surface.
     #[inline(always)]
     pub fn scattering_frame<F: Float>(&self, at: &Interaction<F>, ray: &Ray<F>, bsdf: &Bsdf<F>) -> Frame<F> {
-        let tilts = self.surfaces.has_shading_normals() | self.materials.has_maps();
-        if !(tilts && self.materials.has_delta()) {
+        if !self.has_shading_normals || !self.materials.has_delta() {
             return self.frame(at);
         }
         let normal = F::branch(

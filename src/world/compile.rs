@@ -27,6 +27,8 @@ pub struct CompiledScene {
     pub materials: MaterialTable,
     /// Every light that can be sampled, and the radiance of rays that leave the scene.
     pub lights: LightTable,
+    /// Whether any surface may have shading normals other than the true ones: those of vertices, or of maps.
+    pub(super) has_shading_normals: bool,
     /// The ambient radiance of `whitted`.
     pub ambient: [f32; 3],
     /// The media that contain the camera: see [`Media::packed`](crate::material::Media::packed).
@@ -117,6 +119,7 @@ pub fn compile_sharing(
     }));
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
+        has_shading_normals: surfaces.has_shading_normals() | materials.has_maps(),
         surfaces,
         materials,
         lights,

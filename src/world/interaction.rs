@@ -147,7 +147,7 @@ impl CompiledScene {
     /// true normal and by the shading normal. Elsewhere light would leak through the surface, and is dropped.
     #[inline(always)]
     pub fn passes<F: Float>(&self, at: &Interaction<F>, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
-        if !self.surfaces.has_shading_normals() && !self.materials.has_maps() {
+        if !self.has_shading_normals {
             return F::Mask::splat(true);
         }
         at.is_on_one_side(d, wi)

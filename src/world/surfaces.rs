@@ -176,8 +176,7 @@ impl SurfaceTable {
         self.triangles.as_deref()
     }
 
-    /// Whether there may be shading normals other than the true ones.
-    #[inline(always)]
+    /// Whether any mesh has vertex normals.
     pub fn has_shading_normals(&self) -> bool {
         self.triangles.as_ref().is_some_and(|triangles| triangles.has_normals)
     }

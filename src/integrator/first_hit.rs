@@ -3,7 +3,7 @@
 use super::interiors::{self, Around};
 use super::paths::Paths;
 use super::queue::{Queue, Start};
-use super::vertex::{State, TraceContext, resolve_hit};
+use super::vertex::{State, TraceContext, with_material};
 use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES, Value};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
@@ -55,29 +55,31 @@ impl Kernel for FirstHits<'_> {
             if !alive.any() {
                 return;
             }
-            let mut hit = context.world.intersect(&ray, alive);
-            let mut met = alive & hit.is_some();
             let mut state = State::start(start.id, ray);
             let mut around = Around::nothing();
-            if scene.materials.has_holes() {
-                // Holes that the samples pass through are no first hits.
-                let mut open = met;
-                while open.any() {
-                    let (at, holes) = resolve_hit(&context, &state, &around, &hit, open, Uv::IfTextured);
-                    open = open & holes;
-                    (around, _) = interiors::straight_on(around, F::Mask::splat(false), open);
-                    state.ray = Ray::blend(open, at.straight_on(&state.ray), state.ray);
-                    hit = Hit::blend(open, context.world.intersect(&state.ray, open), hit);
-                    open = open & hit.is_some();
+            // The lanes that look for a surface: at first all, then those behind holes. Holes that the samples of a picture
+            // go through are no first hits.
+            let (mut look, mut hit) = (alive, Hit::none());
+            let (met, at) = loop {
+                hit = Hit::blend(look, context.world.intersect(&state.ray, look), hit);
+                let met = alive & hit.is_some();
+                if !met.any() {
+                    break (met, None);
                 }
-                met = alive & hit.is_some();
-            }
+                let at = scene.interaction_apart(&state.ray, &hit, met, Uv::Everywhere);
+                let (at, holes) = with_material(&context, &state, &around, at, met);
+                look = holes;
+                if !look.any() {
+                    break (met, Some(at));
+                }
+                (around, _) = interiors::straight_on(around, F::Mask::splat(false), look);
+                state.ray = Ray::blend(look, at.straight_on(&state.ray), state.ray);
+            };
             let mut slot = [0; MAX_LANES];
             start.slot.store(&mut slot);
             let mut values = [[0.0; MAX_LANES]; 12];
             let (mut rows, mut materials) = ([0; MAX_LANES], [0; MAX_LANES]);
-            if met.any() {
-                let (at, _) = resolve_hit(&context, &state, &around, &hit, met, Uv::Everywhere);
+            if let Some(at) = at {
                 at.point.row.store(&mut rows);
                 scene.surfaces.material(&at.point).store(&mut materials);
                 let albedo = scene.bsdf(&at).albedo();

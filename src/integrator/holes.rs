@@ -62,7 +62,7 @@ pub(super) fn seen_through<F: Float>(
                         let hit = context.world.intersect(&ray, lives);
                         let mut hides = lives & hit.is_some() & hit.t.lt(left);
                         let [number, ..] = stream.draw(hides);
-                        let at = scene.interaction(&ray, &hit, hides, Uv::IfTextured);
+                        let at = scene.interaction_apart(&ray, &hit, hides, Uv::IfTextured);
                         let (at, opacity) = scene.modified(at, ray.d, hides, number);
                         let beyond = at.straight_on(&ray);
                         let meets = hides;

@@ -93,10 +93,21 @@ pub(super) fn resolve_hit<F: Float>(
     around: &impl Surroundings<F>,
     hit: &Hit<F>,
     met: F::Mask,
-    uv: Uv,
+) -> (Interaction<F>, F::Mask) {
+    let at = context.scene.interaction(&state.ray, hit, met, Uv::IfTextured);
+    with_material(context, state, around, at, met)
+}
+
+/// These interactions with the materials that are met there, and the lanes that go through a hole.
+#[inline(always)]
+pub(super) fn with_material<F: Float>(
+    context: &TraceContext<'_>,
+    state: &State<F>,
+    around: &impl Surroundings<F>,
+    at: Interaction<F>,
+    met: F::Mask,
 ) -> (Interaction<F>, F::Mask) {
     let (scene, none) = (context.scene, F::Mask::splat(false));
-    let at = scene.interaction(&state.ray, hit, met, uv);
     if !scene.materials.is_walked() {
         return (at, none);
     }
@@ -132,7 +143,7 @@ impl<F: Float> Vertex<F> {
         observer: &mut Observer<'_>,
     ) -> Self {
         let scene = context.scene;
-        let (at, holes) = resolve_hit(context, state, around, &hit, met, Uv::IfTextured);
+        let (at, holes) = resolve_hit(context, state, around, &hit, met);
         let emitted = scene.emitted(&at);
         observer.event::<F>(|| Event::Hit {
             distance: hit.t.first(),

@@ -13,7 +13,7 @@ use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, value};
 use crate::sampling::{PathId, Pixel, Sample, Stream};
-use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
+use crate::world::{CompiledScene, Hit, Interaction, World};
 use rand::RngExt;
 use std::sync::Arc;
 
@@ -268,7 +268,7 @@ impl<F: Float> Lit<F> {
     /// The hit point of a branch's ray, with its surroundings.
     pub(crate) fn new(context: &TraceContext<'_>, state: &State<F>, around: Around<F>, hit: &Hit<F>) -> Self {
         let (scene, ray, all) = (context.scene, &state.ray, F::Mask::splat(true));
-        let (at, is_hole) = resolve_hit(context, state, &around, hit, all, Uv::IfTextured);
+        let (at, is_hole) = resolve_hit(context, state, &around, hit, all);
         let (around, is_none) = interiors::at_surface(scene, around, &at, !is_hole);
         let bsdf = interiors::bsdf(scene, &at, &around);
         let frame = scene.scattering_frame(&at, ray, &bsdf);

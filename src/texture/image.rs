@@ -212,9 +212,26 @@ fn log2<F: Float>(x: F) -> F {
     x.to_bits().to_float() * (1.0 / 8_388_608.0) - 127.0
 }
 
-/// The colour of a picture at coordinates relative to its sides, times `is_tile`, in the lanes of `active`.
+/// The colour of a picture at coordinates relative to its sides, times `is_tile`, in the lanes of `active`. It is one
+/// function for both levels of a mipmap, and for programs with and without a stack.
 #[inline(always)]
 fn texels<F: Float>(
+    table: &TextureTable,
+    row: F::Uint,
+    flags: F::Uint,
+    at: [F; 2],
+    is_tile: F,
+    active: F::Mask,
+) -> Rgb<F> {
+    F::out_of_line(
+        #[inline(always)]
+        move || texels_of(table, row, flags, at, is_tile, active),
+    )
+}
+
+/// See [`texels`].
+#[inline(always)]
+fn texels_of<F: Float>(
     table: &TextureTable,
     row: F::Uint,
     flags: F::Uint,

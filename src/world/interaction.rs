@@ -97,6 +97,22 @@ impl CompiledScene {
         })
     }
 
+    /// [`Self::interaction`] as one function that is called from everywhere but the steps of paths.
+    #[inline(always)]
+    pub fn interaction_apart<F: Float>(
+        &self,
+        ray: &Ray<F>,
+        hit: &Hit<F>,
+        met: F::Mask,
+        uv: Uv,
+    ) -> Interaction<F> {
+        let (ray, hit) = (*ray, *hit);
+        F::out_of_line(
+            #[inline(always)]
+            move || self.interaction(&ray, &hit, met, uv),
+        )
+    }
+
     /// The BSDF at an interaction.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {

@@ -97,7 +97,7 @@ impl CompiledScene {
         })
     }
 
-    /// [`Self::interaction`] as one function that is called from everywhere but the steps of paths.
+    /// [`Self::interaction`] in a function of its own, which is compiled once for each level, for what few rays need.
     #[inline(always)]
     pub fn interaction_apart<F: Float>(
         &self,

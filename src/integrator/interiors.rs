@@ -50,7 +50,8 @@ pub(crate) struct Around<F: Float> {
     pub(crate) outside: F,
     /// The number of surfaces passed since the last bounce, without holes.
     pub(crate) passed: F::Uint,
-    /// The number of holes passed by the path; with `whitted`, by all branches of the sample.
+    /// The number of surfaces passed by the path, through holes or because they are no interfaces; with `whitted`, by all
+    /// branches of the sample. The random numbers of the next surface depend on it, so that no two surfaces share them.
     pub(crate) holes: F::Uint,
 }
 
@@ -387,8 +388,9 @@ pub(crate) fn straight_on<F: Float, S: Surroundings<F>>(
         move || {
             let (own, one) = (around.get(), F::Uint::splat(1));
             let may = is_none & own.passed.lt(F::Uint::splat(MOST_PASSED));
+            let own = Around { holes: own.holes + one, ..own };
             let beyond = Around { here: own.beyond, passed: own.passed + one, ..own };
-            let around = around.set(is_none, beyond).set(holes, Around { holes: own.holes + one, ..own });
+            let around = around.set(is_none, beyond).set(holes, own);
             (around, may | holes)
         },
     )

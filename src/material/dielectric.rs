@@ -68,7 +68,8 @@ impl MaterialParameters for DielectricParameters {
     fn row(&self) -> Row {
         let ([r, g, b], ior) = (narrow(self.transmittance), self.ior as f32);
         let refracts = (self.ior - 1.0).abs() >= LEAST_REFRACTION;
-        let rough = alpha(self.roughness).filter(|_| refracts);
+        // With a priority the index around it may be another than one.
+        let rough = alpha(self.roughness).filter(|_| refracts || self.priority > 0.0);
         let kind = match (rough.is_some(), self.thin_walled) {
             (false, false) => Kind::Glass,
             (false, true) => Kind::ThinDielectric,

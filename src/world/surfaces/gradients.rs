@@ -18,7 +18,9 @@ impl SurfaceTable {
             let [gradient_u, gradient_v] = self.uv_gradients(&point, instance);
             // Computed from unit vectors, because the lengths of gradients differ by many orders of magnitude.
             let (of_u, of_v) = (unit_length(gradient_u), unit_length(gradient_v));
-            let (u, v) = (gradient_u * of_u, gradient_v * of_v);
+            let none = Vec3::zero();
+            let u = Vec3::select(of_u.gt(F::zero()), gradient_u * of_u, none);
+            let v = Vec3::select(of_v.gt(F::zero()), gradient_v * of_v, none);
             let turn = u.cross(v).dot(point.n);
             // Parallel or zero gradients.
             let is_sound = turn.abs().gt(F::splat(1e-6));

@@ -29,6 +29,11 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
     if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
         return Err(usage(format!("{} does not end in .toml", output.display())));
     }
+    if fs::canonicalize(output)
+        .is_ok_and(|path| fs::canonicalize(&arguments.scene).is_ok_and(|scene| scene == path))
+    {
+        return Err(usage(format!("{} is the scene itself; choose another name", output.display())));
+    }
     let loaded = arguments.reading.load(&arguments.scene, arguments.quiet)?;
     if !arguments.quiet {
         for warning in &loaded.warnings {
@@ -41,7 +46,9 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
             );
         }
     }
-    let folder = arguments.scene.parent().unwrap_or(Path::new(""));
+    // Scene files of other programs name images from here, and those in TOML from their own folder.
+    let is_toml = arguments.scene.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let folder = arguments.scene.parent().filter(|_| is_toml).unwrap_or(Path::new(""));
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let beside = PathBuf::from(format!("{stem}-files"));
     let written =

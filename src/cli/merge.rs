@@ -25,7 +25,7 @@ pub(super) struct MergeArguments {
     /// File to write: .film, .exr, .png or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
-    /// Samples per pixel that the films must have together: if any of the samples 0 to N − 1 is missing, nothing is
+    /// Samples per pixel that the films must have together: unless they are exactly the samples 0 to N − 1, nothing is
     /// written
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -149,7 +149,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
         && sample_ranges != SampleRanges::prefix(0..spp, spp.into(), spp.into())
     {
         return Err(anyhow::anyhow!(
-            "the films have the samples {sample_ranges}, and --spp {spp} requires 0..{spp}; finish them first"
+            "the films have the samples {sample_ranges}, and --spp {spp} requires exactly 0..{spp}"
         )
         .into());
     }

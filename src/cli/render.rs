@@ -114,7 +114,10 @@ pub(super) struct RenderArguments {
 impl RenderArguments {
     /// The film file to resume.
     fn resumed(&self) -> Option<&PathBuf> {
-        let continued = self.film.as_ref().filter(|film| self.continues && film.exists());
+        let continued = self
+            .film
+            .as_ref()
+            .filter(|film| self.continues && !film.try_exists().is_ok_and(|exists| !exists));
         self.resume.as_ref().or(continued)
     }
 

@@ -182,7 +182,7 @@ impl ModifierColumns {
         let mut all = ModifierColumns::default();
         for (i, row) in (0..).zip(rows) {
             let (map, back, hole) = (row.has_map(), row.back.is_some(), row.has_hole());
-            all.modified.push(u32::from(map) * MAP | u32::from(back) * BACK | u32::from(hole) * HOLE);
+            all.modified.push((u32::from(map) * MAP) | (u32::from(back) * BACK) | (u32::from(hole) * HOLE));
             all.opacity.push(row.opacity);
             all.opacity_texture.push(row.opacity_texture);
             all.amount_texture.push(row.amount_texture);

@@ -49,7 +49,7 @@ impl Smooth {
 
     /// Its size in memory, in bytes.
     pub fn bytes(&self) -> usize {
-        2 * size_of::<f32>() << (self.bits[0] + self.bits[1])
+        (2 * size_of::<f32>()) << (self.bits[0] + self.bits[1])
     }
 }
 

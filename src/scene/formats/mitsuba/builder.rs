@@ -34,6 +34,8 @@ pub(super) struct Builder<'a, 'w> {
     pub(super) textures: HashMap<(usize, bool), usize>,
     /// The groups that were made of objects, those aside in which there is nothing.
     pub(super) groups: HashMap<usize, Read<Option<usize>>>,
+    /// How many shapes were come by so far, those without a counterpart too: `merge` may hold one many times.
+    pub(super) shapes: usize,
     /// The group in which shapes stand now.
     pub(super) within: Option<usize>,
     /// Where things come from, in their order.
@@ -79,6 +81,7 @@ impl<'a, 'w> Builder<'a, 'w> {
             reports,
             files,
             scene: Scene::default(),
+            shapes: 0,
             meshes,
             made: HashMap::new(),
             borders: HashMap::new(),
@@ -125,6 +128,12 @@ impl<'a, 'w> Builder<'a, 'w> {
     pub(super) fn image(&mut self, object: &Object, name: &str) -> Read<usize> {
         let path = self.file(object, name)?;
         let place = object.find(name).map_or(object.place, |property| property.place);
+        // Tiles are files that no rule about folders has seen.
+        if path.to_string_lossy().contains("<UDIM>") {
+            return Err(self
+                .reports
+                .error(place, "Mitsuba has no tiles: the name of a file cannot contain <UDIM>"));
+        }
         let Some(path) = path.to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };

@@ -46,7 +46,7 @@ impl Builder<'_, '_> {
     }
 
     /// From a light's space to the world.
-    fn to_world(&mut self, object: &Object) -> Read<DAffine3> {
+    fn placement(&mut self, object: &Object) -> Read<DAffine3> {
         match object.transform("to_world", self.reports)? {
             None => Ok(DAffine3::IDENTITY),
             Some((transform, place)) => affine(&transform)
@@ -66,7 +66,7 @@ impl Builder<'_, '_> {
     fn point(&mut self, object: &Object) -> Read<()> {
         let position = match object.triple("position", self.reports)? {
             Some(position) => DVec3::from(position),
-            None => self.to_world(object)?.translation,
+            None => self.placement(object)?.translation,
         };
         let intensity = Some(self.colour(object, "intensity", 1.0, Of::Light)?);
         self.add_light(object, PointLightParameters { position, intensity, power: None });
@@ -74,7 +74,7 @@ impl Builder<'_, '_> {
     }
 
     fn spot(&mut self, object: &Object) -> Read<()> {
-        let to_world = self.to_world(object)?;
+        let to_world = self.placement(object)?;
         let direction = self.direction(object, to_world.transform_vector3(DVec3::Z))?;
         let intensity = self.colour(object, "intensity", 1.0, Of::Light)?;
         let cone_angle = object.number("cutoff_angle", 20.0, self.reports)?;
@@ -102,7 +102,7 @@ impl Builder<'_, '_> {
     fn directional(&mut self, object: &Object) -> Read<()> {
         let direction = match object.triple("direction", self.reports)? {
             Some(direction) => DVec3::from(direction),
-            None => self.to_world(object)?.transform_vector3(DVec3::Z),
+            None => self.placement(object)?.transform_vector3(DVec3::Z),
         };
         let direction = self.direction(object, direction)?;
         let irradiance = self.colour(object, "irradiance", 1.0, Of::Light)?;
@@ -135,7 +135,7 @@ impl Builder<'_, '_> {
     /// along x.
     fn environment_map(&mut self, object: &Object) -> Read<()> {
         object.ignore(&["mis_compensation"]);
-        let linear = self.to_world(object)?.matrix3;
+        let linear = self.placement(object)?.matrix3;
         let file = ImageIndex(self.image(object, "filename")?);
         let scale = object.number("scale", 1.0, self.reports)?;
         if self.has_environment(object) {

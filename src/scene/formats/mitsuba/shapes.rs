@@ -2,6 +2,7 @@
 
 use super::builder::{Builder, MeshKey};
 use super::formed::Formed;
+use super::limits::MOST_ENTITIES;
 use super::object::{Object, Tag};
 use super::report::Read;
 use super::spectrum::Of;
@@ -18,6 +19,11 @@ impl Builder<'_, '_> {
     /// Adds what a shape is, in a space that is somewhere in the world.
     pub(super) fn shape(&mut self, index: usize, parent: DAffine3) -> Read<()> {
         let object = self.object(index);
+        self.shapes += 1;
+        if self.shapes > MOST_ENTITIES {
+            let message = format!("the scene has more than {MOST_ENTITIES} shapes");
+            return Err(self.reports.error(object.place, message));
+        }
         object.ignore(&["silhouette_sampling_weight"]);
         for medium in self.document.children(object, Tag::Medium) {
             let medium = &self.document.objects[medium];

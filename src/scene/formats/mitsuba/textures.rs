@@ -182,7 +182,7 @@ impl Builder<'_, '_> {
         let filter = object.word("filter_type", &filters, self.reports)?;
         let wraps = [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
         let wrap = object.word("wrap_mode", &wraps, self.reports)?;
-        let to_uv = self.to_uv(object)?;
+        let to_uv = self.uv_transform(object)?;
         let placed = match Placement::of_picture(to_uv) {
             Some(placed) => placed,
             None => {
@@ -229,7 +229,7 @@ impl Builder<'_, '_> {
             })
         };
         let (even, odd) = (check("color0", 0.4)?, check("color1", 0.2)?);
-        let to_uv = self.to_uv(object)?;
+        let to_uv = self.uv_transform(object)?;
         let (checks_per_unit, turned) = match checks(to_uv) {
             Some(checks) => checks,
             None => {
@@ -245,7 +245,7 @@ impl Builder<'_, '_> {
     }
 
     /// The linear part and the offset of a transform of uv.
-    fn to_uv(&mut self, object: &Object) -> Read<(DMat2, DVec2)> {
+    fn uv_transform(&mut self, object: &Object) -> Read<(DMat2, DVec2)> {
         let transform = object.transform("to_uv", self.reports)?.map_or(DMat4::IDENTITY, |(t, _)| t);
         let at = |row: usize, column: usize| transform.col(column)[row];
         let linear = DMat2::from_cols(DVec2::new(at(0, 0), at(1, 0)), DVec2::new(at(0, 1), at(1, 1)));

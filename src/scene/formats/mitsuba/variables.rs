@@ -1,5 +1,6 @@
 //! Variables: `$name` in attributes, with values of the command line, of `<default>`.
 
+use super::limits::LONGEST_SUBSTITUTED;
 use std::collections::HashMap;
 
 #[derive(Debug)]
@@ -64,6 +65,10 @@ impl Variables {
             };
             variable.known = true;
             done += &variable.value;
+            if done.len() > LONGEST_SUBSTITUTED {
+                // It is too long already, and refused by the caller.
+                return Ok(done);
+            }
             rest = &after[name.map_or(0, str::len)..];
         }
         Ok(done + rest)

@@ -392,7 +392,8 @@ fn invalid_groups_are_reported() {
         }
         s.add_instance("all", 9, DAffine3::IDENTITY);
     };
-    let cases: [(fn(&mut Scene), &str); 9] = [
+    type Change = fn(&mut Scene);
+    let cases: [(Change, &str); 9] = [
         (|s| s.entities[1].within = Some(7), "entity 2 (\"entity\"): there is no group 8, only 1"),
         (
             |s| s.entities[1].shape = plane(DVec3::Z, 0.0, 0).shape,

@@ -121,8 +121,8 @@ fn triangle_light(point: SurfacePoint) -> u32 {
 fn place_of(instance: u32) -> InstanceTransform {
     let row = place_row_at(instance - 1u);
     return InstanceTransform(
-        PlaceToWorld(row.to_world_x, row.to_world_y, row.to_world_z),
-        PlaceToMesh(row.to_mesh_x, row.to_mesh_y, row.to_mesh_z),
+        InstanceTransformToWorld(row.to_world_x, row.to_world_y, row.to_world_z),
+        InstanceTransformToMesh(row.to_mesh_x, row.to_mesh_y, row.to_mesh_z),
         row.origin,
         row.stretch,
         row.condition,

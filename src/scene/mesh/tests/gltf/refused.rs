@@ -18,7 +18,7 @@ fn contradictions_are_reported_with_location_and_reason() {
         ("/nodes/1/mesh", json!(7), ["nodes[1]: it has mesh 7", "only 2"]),
         ("/meshes/0/primitives/0/material", json!(2), ["meshes[0].primitives[0]", "material 2"]),
         ("/meshes/0/primitives/0/indices", json!(99), ["accessor 99", "only 5"]),
-        ("/meshes/0/primitives/0/indices", json!(0), ["accessor 0", "no indices"]),
+        ("/meshes/0/primitives/0/indices", json!(0), ["accessor 0", "cannot be indices"]),
         ("/meshes/1/primitives/2/mode", json!(7), ["meshes[1].primitives[2]", "mode is 7, but"]),
         ("/meshes/0/primitives/0/attributes/POSITION", json!(3), ["accessor 3", "does not fit"]),
         ("/accessors/0/count", huge.clone(), ["accessor 0", "declares 1152921504606846976"]),

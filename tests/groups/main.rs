@@ -405,7 +405,7 @@ fn invalid_groups_are_reported() {
         (|s| s.instances[0].transform = DAffine3::from_scale(DVec3::splat(1e18)), "farther than 1e18"),
         (shear, "instance 2 (\"place\"): the transform shears the group"),
         (deep, "it is nested more than 16 levels deep"),
-        (many, "more than 16777216 places of groups"),
+        (many, "more than 16777216 instances of groups"),
     ];
     for (change, part) in cases {
         let told = told(change);

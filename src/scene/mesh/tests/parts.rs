@@ -245,7 +245,10 @@ fn invalid_libraries_are_reported_with_location_and_reason() {
     let many = format!("{}{SQUARE}", "mtllib a.mtl\n".repeat(150));
     let file = read_split("no/a.obj", many.as_bytes(), &Split::Materials).unwrap();
     let note = file.notes[0].to_string();
-    assert!(note.ends_with("are ignored: 151, the first in line 1: no/a.mtl: there is no such file"), "{note}");
+    assert!(
+        note.ends_with("are ignored: 151, the first in line 1: no/a.mtl: there is no such file"),
+        "{note}"
+    );
     assert_eq!(read_split("no/a.obj", SQUARE.as_bytes(), &Split::Whole).unwrap().notes, []);
 }
 

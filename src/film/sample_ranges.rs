@@ -66,7 +66,7 @@ impl SampleRanges {
     }
 
     /// Returns a function from the number of samples made for a pixel to a bit mask of those below
-    /// [`LAYER_SAMPLES`](super::LAYER_SAMPLES) among them. The ranges, of which a file may have any number, are counted
+    /// [`LAYER_SAMPLES`] among them. The ranges, of which a file may have any number, are counted
     /// once and not for each pixel.
     pub(super) fn first_samples(&self) -> impl Fn(u64) -> u32 {
         let ranges = self.whole.iter().take_while(|range| range.start < LAYER_SAMPLES);

@@ -187,7 +187,7 @@ pub struct Instances {
     pub meshes: Vec<Range<usize>>,
     /// The group or shared mesh of each instance.
     pub mesh: Vec<u32>,
-    /// The row of a mesh in the surface table; [`OWN_ROWS`] for a group.
+    /// The row of a mesh in the surface table; `OWN_ROWS` for a group.
     pub rows: Vec<u32>,
     /// The [`InstanceTransform`] of each instance, [`NUMBERS`] floats each.
     numbers: Vec<f32>,

@@ -47,7 +47,7 @@ impl Bvh {
         self.tree.as_ref().map_or(0, Nodes::depth)
     }
 
-    /// As [`Self::of`] with other bounds than those of the shapes, so that tests can check that too small bounds are
+    /// As `of`, with other bounds than those of the shapes, so that tests can check that too small bounds are
     /// detected.
     pub fn with(
         all: &Simple,

@@ -32,7 +32,7 @@ pub(super) fn meshes(document: &Document, parts: &mut Parts<'_>) -> Result<Vec<P
             return Err(wrong(&format!("it is not a node: {}", only(nodes.len()))));
         };
         if std::mem::replace(&mut met[at], true) {
-            return Err(wrong("it has more than one parent, or is its own ancestor ancestor"));
+            return Err(wrong("it has more than one parent, or is its own ancestor"));
         }
         let to_world = under(above, node).map_err(wrong)?;
         note(node, at, parts);
@@ -170,7 +170,7 @@ impl<'d> Rest<'d> {
                 Some(Parent::None) => None,
                 Some(&Parent::One(parent)) if chain.len() < self.nodes.len() => Some(parent),
                 Some(Parent::One(_) | Parent::Several) => {
-                    return Err(wrong("it has more than one parent, or is its own ancestor ancestor"));
+                    return Err(wrong("it has more than one parent, or is its own ancestor"));
                 }
             };
             chain.push(at);

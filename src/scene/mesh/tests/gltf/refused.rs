@@ -50,7 +50,7 @@ fn contradictions_are_reported_with_location_and_reason() {
             json!({ "count": 4 }),
             ["a.glb: accessors[1]: it", "missing field `componentType` (line 1,"],
         ),
-        ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["a.glb: nodes", "more than 1048576"]),
+        ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["a.glb: nodes", "maximum of 1048576"]),
         ("/meshes", json!([]), ["nodes[1]: it has mesh 0, but", "there are none"]),
         ("/nodes/0/children", json!([]), ["a.glb", "no triangle"]),
     ] {

@@ -33,6 +33,7 @@ use super::fingerprint::Sources;
 use super::images::ImageCache;
 use super::mesh::cache::{MeshCache, Watch};
 use super::spelling;
+use crate::texture::access;
 use form::{Value, ValueForm};
 use report::Diagnostics;
 
@@ -153,6 +154,9 @@ fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
         ErrorKind::PermissionDenied => fail("permission to read this file is denied".into(), None),
         _ => fail(format!("cannot be read: {error}"), None),
     };
+    if let Err(error) = access::opening(path) {
+        return unreadable(&error);
+    }
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => {
             return fail(

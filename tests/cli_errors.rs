@@ -93,7 +93,7 @@ refuses! {
     a_negative_filter_to_draw_from: ["render", "scene.toml", "--filter", "mitchell", "--film-mode", "importance"]
         => 2, ["negative", "continuous"];
     a_continuous_film_of_pixel_centres: ["render", "scene.toml", "--filter", "none", "--film-mode", "continuous"]
-        => 2, ["none", "width"];
+        => 2, ["none", "a filter with a radius"];
     a_checkpoint_of_no_film: ["render", "scene.toml", "--checkpoint", "5s"] => 2, ["--checkpoint", "--film"];
     an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple", "bvh"];
     an_unknown_device: ["render", "scene.toml", "--device", "tpu"] => 2, ["cpu", "gpu"];

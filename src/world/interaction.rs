@@ -97,7 +97,7 @@ impl CompiledScene {
         })
     }
 
-    /// [`Self::interaction`] in a function of its own, which is compiled once for each level, for what few rays need.
+    /// [`Self::interaction`] in a function of its own, which is compiled once for each level, because few rays need it.
     #[inline(always)]
     pub fn interaction_apart<F: Float>(
         &self,

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! A group has the tables of the scene that describe surfaces: entities, in its own space, and instances of other groups.
-//! It is kept once, however often it stands somewhere. What is unbounded, a plane, is in no group.
+//! It is stored once, whatever the number of its instances. It cannot contain a plane, which is unbounded.
 
 use std::collections::HashMap;
 

@@ -78,7 +78,20 @@ impl fmt::Display for SceneProblem {
 }
 
 impl Scene {
-    /// The scene, if it satisfies all invariants; otherwise all violations.
+    /// The scene, if it satisfies all invariants. Scenes from files do; scenes that are built in code should be checked
+    /// before they are rendered.
+    ///
+    /// ```
+    /// # use stride::Scene;
+    /// let mut scene = Scene::default();
+    /// scene.film.width = 0;
+    /// let problems = scene.checked().unwrap_err();
+    /// assert_eq!(problems[0].to_string(), "the film: width must be from 1 to 65536, not 0");
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// All violations of invariants.
     pub fn checked(self) -> Result<Scene, Vec<SceneProblem>> {
         let problems = self.problems();
         if problems.is_empty() { Ok(self) } else { Err(problems) }

@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     let count = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
     let groups = match scene.place_counts().iter().sum::<u64>() {
         0 => String::new(),
-        places => format!(", {}", count(places as usize, "place of a group", "places of groups")),
+        places => format!(", {}", count(places as usize, "instance of a group", "instances of groups")),
     };
     text += &format!(
         "{}: valid: {}×{} pixels, {}{groups}, {}\n",

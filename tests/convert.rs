@@ -110,8 +110,11 @@ fn what_is_no_toml_is_not_written_and_toml_has_no_variables() {
     assert_eq!(output.status.code(), Some(2));
     fs::write(folder.path().join("b.toml"), "").expect("written");
     for (more, message) in [
-        (["-D", "spp=3"], "b.toml: a scene file in TOML has no variables, and \"spp\" is given"),
-        (["--camera", "front"], "b.toml: a scene file in TOML has one camera, and \"front\" is asked for"),
+        (["-D", "spp=3"], "b.toml: a scene file in TOML has no variables: remove the value of \"spp\""),
+        (
+            ["--camera", "front"],
+            "b.toml: a scene file in TOML has one camera, without a name: remove the name \"front\"",
+        ),
     ] {
         let output = stride(folder.path(), &[&["check", "b.toml"][..], &more].concat());
         assert_eq!(output.status.code(), Some(1));

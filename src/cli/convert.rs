@@ -1,4 +1,4 @@
-//! `stride convert`: a scene file of any format as one in TOML.
+//! `stride convert`: converts a scene file of any format to TOML.
 
 use super::arguments::shown;
 use super::failure::{Failure, usage};
@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 pub(super) struct ConvertArguments {
     /// Scene file (TOML, or Mitsuba's XML)
     scene: PathBuf,
-    /// Scene file to write, in TOML; its meshes and pictures come into a folder of its name beside it
+    /// Scene file to write, in TOML; its meshes and pictures are written to a folder beside it
     #[arg(short, long = "output", value_name = "FILE.toml")]
     output: PathBuf,
     #[command(flatten)]
     reading: ReadingArguments,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     quiet: bool,
 }
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
             );
         }
     }
-    // Scene files of other programs name images from here, and those in TOML from their own folder.
+    // Readers of other formats return paths of images relative to the current folder, that of TOML relative to the scene.
     let is_toml = arguments.scene.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let folder = arguments.scene.parent().filter(|_| is_toml).unwrap_or(Path::new(""));
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();

@@ -2,10 +2,10 @@
 //!
 //! | module | what is in it |
 //! |---|---|
-//! | `options` | what a reader may be told |
+//! | `options` | options of readers |
 //! | [`mitsuba`] | the reader of Mitsuba's scene files, `.xml` |
 //!
-//! The reader of this program's own format, TOML, is [`crate::scene::toml`]. A reader is one folder and a line in `READERS`.
+//! The reader of TOML, stride's own format, is [`crate::scene::toml`]. Each reader has a folder and a line in `READERS`.
 
 pub mod mitsuba;
 mod options;
@@ -18,13 +18,13 @@ use super::mesh::cache::Watch;
 use super::toml::{self, Loaded};
 use std::path::Path;
 
-/// A reader: the extensions of its files, and what reads one.
+/// A reader: the extensions of its files, and the function that reads one.
 struct Reader {
     extensions: &'static [&'static str],
     read: fn(&Path, &LoadOptions, Watch<'_>) -> Result<Loaded, SceneErrors>,
 }
 
-/// All readers but that of TOML, which reads what has no other reader.
+/// All readers except that of TOML, which reads files of all other extensions.
 static READERS: &[Reader] = &[Reader { extensions: &["xml"], read: mitsuba::load }];
 
 /// Reads the scene file at `path`.
@@ -32,12 +32,12 @@ pub fn load(path: &Path) -> Result<Loaded, SceneErrors> {
     load_watched(path, &mut |_, _, _| {})
 }
 
-/// Reads the scene file at `path`, and tells how far the files have been read that it names.
+/// Reads the scene file at `path`, and reports the progress of reading the files that it refers to.
 pub fn load_watched(path: &Path, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
     load_with(path, &LoadOptions::default(), watch)
 }
 
-/// The same for a reader that is told something.
+/// Reads the scene file at `path` with options, and reports progress.
 pub fn load_with(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let fits = |reader: &&Reader| reader.extensions.iter().any(|known| known.eq_ignore_ascii_case(extension));
@@ -46,10 +46,14 @@ pub fn load_with(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result
         None => {
             let refuse = |message: &str| Err(SceneErrors::one(path, None, message.into(), None));
             if let Some((name, _)) = options.defines.first() {
-                return refuse(&format!("a scene file in TOML has no variables, and {name:?} is given"));
+                return refuse(&format!(
+                    "a scene file in TOML has no variables: remove the value of {name:?}"
+                ));
             }
             if let Some(camera) = &options.camera {
-                return refuse(&format!("a scene file in TOML has one camera, and {camera:?} is asked for"));
+                return refuse(&format!(
+                    "a scene file in TOML has one camera, without a name: remove the name {camera:?}"
+                ));
             }
             toml::load_watched(path, watch)
         }
@@ -57,7 +61,11 @@ pub fn load_with(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result
 }
 
 impl Scene {
-    /// Reads a scene file. [`load()`] tells besides what is legal but surely unmeant, and which files its meshes come from.
+    /// Reads a scene file: TOML, or Mitsuba's `.xml`. [`load()`] also returns the warnings and the files of meshes.
+    ///
+    /// # Errors
+    ///
+    /// All mistakes in the file, each with line and column; or the reason why a file cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneErrors> {
         load(path.as_ref()).map(|loaded| loaded.scene)
     }

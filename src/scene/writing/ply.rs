@@ -1,4 +1,4 @@
-//! Meshes in PLY: little-endian, of 32 bits, which is what meshes are in memory.
+//! Writing of meshes as PLY, in little-endian numbers of 32 bits, the precision of meshes in memory.
 
 use crate::scene::description::Mesh;
 use std::io::{self, Write};

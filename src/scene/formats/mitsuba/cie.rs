@@ -1,9 +1,9 @@
-//! The observer and the illuminant by which spectra become colours, every 5 nm from 360 to 830 nm.
+//! The observer and the illuminant that convert spectra to colours, every 5 nm from 360 to 830 nm.
 //!
-//! The CIE 1931 standard colorimetric observer of 2° and the CIE standard illuminant D65: CIE 018:2019, tables 6 and 1 (also
-//! ISO/CIE 11664-1 and 11664-2), of which the International Commission on Illumination publishes the numbers under
-//! <https://doi.org/10.25039/CIE.DS.xvudnb9b> and <https://doi.org/10.25039/CIE.DS.hjfjmt59>, under CC BY-SA 4.0. They are
-//! measurements and conventions that every renderer repeats, here as far as wavelengths are multiples of five.
+//! The CIE 1931 standard colorimetric observer of 2° and the CIE standard illuminant D65, from CIE 018:2019, tables 6
+//! and 1 (also ISO/CIE 11664-1 and 11664-2). The International Commission on Illumination publishes the numbers under
+//! <https://doi.org/10.25039/CIE.DS.xvudnb9b> and <https://doi.org/10.25039/CIE.DS.hjfjmt59>, under CC BY-SA 4.0. The
+//! tables here contain the wavelengths that are multiples of five.
 
 /// The shortest and the longest wavelength in nm.
 pub(super) const WAVELENGTHS: [f64; 2] = [360.0, 830.0];

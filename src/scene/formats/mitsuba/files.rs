@@ -1,24 +1,24 @@
-//! The files that a scene names, and where they are looked for.
+//! The files that a scene refers to, and the folders in which they are searched for.
 
 use crate::scene::spelling::quote;
 use std::path::{Path, PathBuf};
 
-/// Where the files of a scene may be.
+/// The folders that files of a scene may be in.
 #[derive(Debug)]
 pub(super) struct Files {
-    /// The scene's folder without links in its path; none if it does not exist, and nothing in it can be read.
+    /// The scene's folder, with symbolic links resolved; none if it does not exist, and then no file may be read.
     root: Option<PathBuf>,
     allow_outside: bool,
 }
 
 impl Files {
-    /// Those of the scene file at a path.
+    /// The folders of the scene file at a path.
     pub(super) fn of(scene: &Path, allow_outside: bool) -> Files {
         let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty());
         Files { root: folder.unwrap_or(Path::new(".")).canonicalize().ok(), allow_outside }
     }
 
-    /// The file that a scene calls `name`, in the first of these folders that has it; or a message and a remedy.
+    /// The path of the file `name`, from the first of the folders that contains it; otherwise a message and a remedy.
     pub(super) fn find(&self, name: &str, folders: &[PathBuf]) -> Result<PathBuf, (String, Option<String>)> {
         let mut candidates = folders.iter().map(|folder| folder.join(name));
         let found = candidates.find_map(|path| {
@@ -32,8 +32,8 @@ impl Files {
         };
         let is_inside = self.root.as_ref().is_some_and(|root| real.starts_with(root));
         if !is_inside && !self.allow_outside {
-            let message = format!("{} is outside of the scene's folder", quote(name));
-            return Err((message, Some("--allow-outside lets it be read".into())));
+            let message = format!("{} is outside the scene's folder", quote(name));
+            return Err((message, Some("use --allow-outside to read it".into())));
         }
         Ok(path)
     }
@@ -58,7 +58,7 @@ mod tests {
         let message = |files: &Files, name: &str| files.find(name, &folders).unwrap_err().0;
         let missing = "there is no file \"b.ply\" in the scene's folder, nor where <path> points";
         assert_eq!(message(&files, "b.ply"), missing);
-        let outside = "\"../secret.ply\" is outside of the scene's folder";
+        let outside = "\"../secret.ply\" is outside the scene's folder";
         assert_eq!(message(&files, "../secret.ply"), outside);
         let absolute = outer.path().join("secret.ply");
         assert!(files.find(absolute.to_str().unwrap(), &folders).is_err());
@@ -75,6 +75,6 @@ mod tests {
         std::fs::write(outer.path().join("secret.ply"), "").expect("written");
         std::os::unix::fs::symlink(outer.path().join("secret.ply"), inner.join("a.ply")).expect("linked");
         let found = Files::of(&inner.join("a.xml"), false).find("a.ply", &[inner]);
-        assert_eq!(found.unwrap_err().0, "\"a.ply\" is outside of the scene's folder");
+        assert_eq!(found.unwrap_err().0, "\"a.ply\" is outside the scene's folder");
     }
 }

@@ -1,4 +1,4 @@
-//! Files of text, and what the parser of XML says about them.
+//! Text files, and errors of the XML parser.
 
 use super::limits::MOST_ELEMENTS;
 use std::fs::File;
@@ -6,7 +6,7 @@ use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The text of a file of at most so many bytes.
+/// The text of a file of at most `most` bytes.
 pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
     if !path.is_file() {
         return Err("this is not a file".into());
@@ -20,7 +20,7 @@ pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
     }
 }
 
-/// The byte of a place that the parser of XML tells.
+/// The byte offset of a position that the XML parser reports.
 pub(super) fn offset(text: &str, at: roxmltree::TextPos) -> usize {
     let line_start = match at.row.saturating_sub(2) {
         _ if at.row < 2 => 0,
@@ -31,10 +31,10 @@ pub(super) fn offset(text: &str, at: roxmltree::TextPos) -> usize {
     line_start + line.char_indices().nth(column).map_or(line.len(), |(i, _)| i)
 }
 
-/// What the parser of XML has to say, without its place.
+/// The message of an error of the XML parser, without its position.
 pub(super) fn explained(error: &roxmltree::Error) -> String {
     match error {
-        roxmltree::Error::DtdDetected => "a document type declaration is not read".into(),
+        roxmltree::Error::DtdDetected => "document type declarations are not supported".into(),
         roxmltree::Error::NodesLimitReached => {
             format!("the scene has more than {MOST_ELEMENTS} elements")
         }

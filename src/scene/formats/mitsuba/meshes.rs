@@ -1,8 +1,8 @@
-//! Meshes of files.
+//! Meshes from files.
 //!
-//! A texture's v runs down in Mitsuba, and in a mesh here it is Mitsuba's: of OBJ files, in which it runs up, it becomes
-//! 1 − v as there. Where a file has no normals they are computed, weighted by the angles of triangles (Thürmer and Wüthrich
-//! 1998), unless `face_normals` says otherwise.
+//! In Mitsuba the v of textures runs down, and converted meshes keep it. The v of OBJ files runs up; as in Mitsuba, it
+//! is replaced by 1 − v. If a file has no normals, they are computed with the angles of triangles as weights (Thürmer
+//! and Wüthrich 1998), unless `face_normals` is set.
 
 use super::builder::{Builder, MeshKey};
 use super::formed::Formed;
@@ -18,11 +18,11 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The most edges that are compared to find out whether a mesh has a border; larger meshes are taken to have none.
+/// The maximum number of edges for which borders are searched. Larger meshes count as closed.
 const MOST_EDGES: usize = 1 << 22;
 
 impl Builder<'_, '_> {
-    /// The mesh of a file, in its own space.
+    /// The mesh of a file, in the mesh's space.
     pub(super) fn mesh(&mut self, object: &Object, transform: DAffine3) -> Read<Formed> {
         let path = self.file(object, "filename")?;
         let place = object.find("filename").map_or(object.place, |property| property.place);
@@ -70,7 +70,7 @@ impl Builder<'_, '_> {
         self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open)
     }
 
-    /// Whether a mesh that is kept has a border.
+    /// Whether a cached mesh has a border.
     fn is_open(&mut self, mesh: &Arc<Mesh>) -> bool {
         *self.borders.entry(Arc::as_ptr(mesh).addr()).or_insert_with(|| has_border(mesh))
     }
@@ -92,8 +92,8 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// The mesh with normals, if it has none and should have some. They are those of where it stands: a transform that does
-    /// not keep angles needs a mesh of its own.
+    /// The mesh with normals, if it lacks normals and needs them. Normals are computed in the world, so a transform
+    /// that does not preserve angles needs a mesh of its own.
     fn with_normals(
         &mut self,
         mesh: Arc<Mesh>,
@@ -117,7 +117,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// Normals of vertices, in the mesh's own space, of triangles as a transform leaves them.
+/// The vertex normals, in the mesh's space, of the mesh after a linear transform.
 fn normals(mesh: &Mesh, linear: &DMat3) -> Vec<[f32; 3]> {
     let placed = |i: u32| *linear * DVec3::from(mesh.positions[i as usize].map(f64::from));
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
@@ -126,23 +126,24 @@ fn normals(mesh: &Mesh, linear: &DMat3) -> Vec<[f32; 3]> {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         for (i, [own, next, last]) in [[a, b, c], [b, c, a], [c, a, b]].into_iter().enumerate() {
             let (to_next, to_last) = ((next - own).normalize_or_zero(), (last - own).normalize_or_zero());
-            // As Kahan has it: exact for small angles.
+            // Kahan's formula, which is accurate for small angles.
             let angle = 2.0 * libm::atan2((to_next - to_last).length(), (to_next + to_last).length());
             sums[corners[i] as usize] += normal * angle;
         }
     }
-    // What a transform does to normals, undone: n is M⁻ᵀn₀ in the world, and n₀ is Mᵀn. A mirror turns triangles about.
+    // The inverse of the transform of normals: n = M⁻ᵀn₀ in the world, so n₀ = Mᵀn. A mirror image reverses the order
+    // of corners.
     let turned = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
     let back = |sum: DVec3| (linear.transpose() * sum * turned).normalize_or_zero().as_vec3().to_array();
     sums.into_iter().map(back).collect()
 }
 
-/// Whether some edge of a mesh belongs to one triangle only.
+/// Whether an edge of the mesh belongs to only one triangle.
 fn has_border(mesh: &Mesh) -> bool {
     if mesh.triangles.len() > MOST_EDGES / 3 {
         return false;
     }
-    // Vertices in one place are one: uv and normals part them.
+    // Vertices at the same position count as one. Files split them where uv or normals differ.
     let mut places = HashMap::new();
     let place_of: Vec<usize> = mesh
         .positions
@@ -184,7 +185,7 @@ mod tests {
         let mut open = closed.clone();
         open.triangles.pop();
         assert!(has_border(&open));
-        // Its vertices are parted, in their places.
+        // The same mesh with vertices split at their positions.
         let mut parted = closed.clone();
         parted.positions.push([0.0, -0.0, 1.0]);
         parted.triangles[3][2] = 4;
@@ -200,7 +201,7 @@ mod tests {
         let own = normals(&mesh, &DMat3::IDENTITY);
         let at_origin = DVec3::from(own[0].map(f64::from));
         assert!((at_origin - DVec3::splat(-1.0).normalize()).length() < 1e-6, "{at_origin}");
-        // Of a placed mesh they become, in the world, what they are of its triangles there.
+        // The normals of a transformed mesh equal those that are computed from the transformed triangles.
         let linear = DMat3::from_diagonal(DVec3::new(1.0, 2.0, -3.0));
         let mut placed = mesh.clone();
         for position in &mut placed.positions {

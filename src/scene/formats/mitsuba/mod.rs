@@ -1,18 +1,18 @@
-//! The reader of Mitsuba's scene files: those of versions 2 and 3, in XML.
+//! The reader of scene files of Mitsuba 2 and 3, in XML.
 //!
-//! `docs/mitsuba.md` says what becomes of each plugin, and where conventions differ.
+//! `docs/mitsuba.md` lists the counterparts of all plugins, and the differences between conventions.
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `limits` | what a file may ask for at most |
-//! | `report` | errors, warnings, and what has no counterpart, with their places |
-//! | `text`, `variables`, `files` | numbers in attributes; `$name`; where files are looked for |
+//! | `limits` | limits on the size of a scene |
+//! | `report` | errors, warnings, and reports of parts without a counterpart |
+//! | `text`, `variables`, `files` | numbers in attributes; `$name`; the search for files |
 //! | `spectrum`, `cie`, `indices` | spectra as colours; tables |
 //! | `transform` | transforms |
 //! | `object` | objects and their properties |
 //! | `nesting`, `input`, `xml` | from files to objects |
-//! | `builder` | what a scene is made in |
-//! | `textures`, `materials` | what surfaces look like |
+//! | `builder` | the state of a conversion |
+//! | `textures`, `materials` | the appearance of surfaces |
 //! | [`serialized`], `formed`, `meshes`, `shapes` | surfaces |
 //! | `emitters`, `camera`, `integrators` | the rest of a scene |
 //!
@@ -59,14 +59,14 @@ use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the scene file at `path`, and the files that it names.
+/// Reads the scene file at `path`, and the files that it refers to.
 pub fn load(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
     let text = input::limited(path, limits::MOST_BYTES)
         .map_err(|message| SceneErrors::one(path, None, message, None))?;
     parse_watched(text, path, options, Some(watch))
 }
 
-/// Reads a scene from the text of a file. `path` is what errors call it; other files are looked for beside it.
+/// Reads a scene from the text of a file. `path` is its name in messages; other files are searched for beside it.
 pub fn parse(text: &str, path: &Path, options: &LoadOptions) -> Result<Loaded, SceneErrors> {
     parse_watched(text.into(), path, options, None)
 }
@@ -81,7 +81,7 @@ fn parse_watched(
     let mut reports = Reports::default();
     let read = xml::parse(path, text, &options.defines, &files, &mut reports);
     let built = read.and_then(|document| {
-        // Paths that the cache is given are whole.
+        // The cache gets paths that include the folder.
         let meshes = MeshCache::new(Path::new(""), watch);
         build(&document, options, Builder::new(&document, &mut reports, &files, meshes))
     });
@@ -95,12 +95,12 @@ fn parse_watched(
         }
         Err(_) => match reports.finish(options.strict) {
             Err(errors) => Err(errors),
-            Ok(_) => Err(SceneErrors::one(path, None, "no scene came of this file".into(), None)),
+            Ok(_) => Err(SceneErrors::one(path, None, "the scene could not be converted".into(), None)),
         },
     }
 }
 
-/// Makes a scene of its objects.
+/// Converts the objects of a scene.
 fn build(
     document: &Document,
     options: &LoadOptions,

@@ -1,4 +1,4 @@
-//! The objects of a scene and their properties, as its XML files have them.
+//! The objects of a scene and their properties, as in the XML files.
 
 use super::report::{Place, Read, Reports};
 use super::spectrum::Spectrum;
@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What an object is, which is the name of its element.
+/// The type of an object: the name of its element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Tag {
     Scene,
@@ -27,7 +27,7 @@ pub(super) enum Tag {
 }
 
 impl Tag {
-    /// Each with the name of its element.
+    /// All tags with the names of their elements.
     pub(super) const ALL: [(&'static str, Tag); 13] = [
         ("scene", Tag::Scene),
         ("bsdf", Tag::Bsdf),
@@ -70,7 +70,7 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// The element that gives such a value.
+    /// The name of the element for such a value.
     fn element(&self) -> &'static str {
         match self {
             Value::Number(_) => "float",
@@ -89,11 +89,11 @@ impl Value {
 /// A property of an object.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
-    /// Its name; empty for an object without one.
+    /// The name; empty for an object without one.
     pub(super) name: String,
     pub(super) value: Value,
     pub(super) place: Place,
-    /// Whether somebody has looked at it.
+    /// Whether the property has been read.
     pub(super) used: Cell<bool>,
 }
 
@@ -101,25 +101,25 @@ pub(super) struct Property {
 #[derive(Clone, Debug)]
 pub(super) struct Object {
     pub(super) tag: Tag,
-    /// The type that its element names.
+    /// The value of the element's attribute `type`.
     pub(super) plugin: String,
     pub(super) id: String,
     pub(super) place: Place,
     pub(super) properties: Vec<Property>,
-    /// The folders in which its files are looked for.
+    /// The folders in which the object's files are searched for.
     pub(super) folders: Arc<Vec<PathBuf>>,
-    /// Whether something was made of it.
+    /// Whether the object has been converted.
     pub(super) read: Cell<bool>,
 }
 
-/// All objects of a scene. The first is the scene itself; none contains itself, be it by way of others.
+/// All objects of a scene. The first one is the scene itself. No object contains itself, directly or indirectly.
 #[derive(Debug)]
 pub(super) struct Document {
     pub(super) objects: Vec<Object>,
 }
 
 impl Document {
-    /// The objects of a tag that an object has, without regard to their names.
+    /// The children of an object with a tag, in order.
     pub(super) fn children(&self, object: &Object, tag: Tag) -> Vec<usize> {
         let of_tag = |property: &Property| match property.value {
             Value::Object(index) if self.objects[index].tag == tag => {
@@ -133,26 +133,26 @@ impl Document {
 }
 
 impl Object {
-    /// The property of this name, which counts as looked at.
+    /// The property with a name, which is marked as read.
     pub(super) fn find(&self, name: &str) -> Option<&Property> {
         let found = self.properties.iter().find(|property| property.name == name)?;
         found.used.set(true);
         Some(found)
     }
 
-    /// Passes over properties that change no picture here.
+    /// Marks properties as read that do not affect an image in stride.
     pub(super) fn ignore(&self, names: &[&str]) {
         names.iter().for_each(|name| {
             self.find(name);
         });
     }
 
-    /// Passes over all properties.
+    /// Marks all properties as read.
     pub(super) fn ignore_all(&self) {
         self.properties.iter().for_each(|property| property.used.set(true));
     }
 
-    /// What messages call it: `bsdf "diffuse"`.
+    /// The object's description in messages: `bsdf "diffuse"`.
     pub(super) fn what(&self) -> String {
         format!("{} {}", self.tag.word(), quote(&self.plugin))
     }
@@ -167,7 +167,7 @@ impl Object {
         Err(reports.error(property.place, message))
     }
 
-    /// A number, or what its absence means.
+    /// A number, or the default if it is absent.
     pub(super) fn number(&self, name: &str, default: f64, reports: &mut Reports) -> Read<f64> {
         match self.find(name) {
             None => Ok(default),
@@ -179,7 +179,7 @@ impl Object {
         }
     }
 
-    /// A whole number, or what its absence means.
+    /// A whole number, or the default if it is absent.
     pub(super) fn whole(&self, name: &str, default: i64, reports: &mut Reports) -> Read<i64> {
         match self.find(name) {
             None => Ok(default),
@@ -190,7 +190,7 @@ impl Object {
         }
     }
 
-    /// Yes or no, or what its absence means.
+    /// A flag, or the default if it is absent.
     pub(super) fn flag(&self, name: &str, default: bool, reports: &mut Reports) -> Read<bool> {
         match self.find(name) {
             None => Ok(default),
@@ -201,7 +201,7 @@ impl Object {
         }
     }
 
-    /// A text, if it is there, and where.
+    /// A text and its place, if present.
     pub(super) fn text(&self, name: &str, reports: &mut Reports) -> Read<Option<(&str, Place)>> {
         match self.find(name) {
             None => Ok(None),
@@ -212,7 +212,7 @@ impl Object {
         }
     }
 
-    /// A point or a vector, if it is there.
+    /// A point or a vector, if present.
     pub(super) fn triple(&self, name: &str, reports: &mut Reports) -> Read<Option<[f64; 3]>> {
         match self.find(name) {
             None => Ok(None),
@@ -223,7 +223,7 @@ impl Object {
         }
     }
 
-    /// A transform, if it is there, and where.
+    /// A transform and its place, if present.
     pub(super) fn transform(&self, name: &str, reports: &mut Reports) -> Read<Option<(DMat4, Place)>> {
         match self.find(name) {
             None => Ok(None),
@@ -234,7 +234,7 @@ impl Object {
         }
     }
 
-    /// One of several words, or the first of them if there is none.
+    /// One of several words. The first one is the default.
     pub(super) fn word<T: Copy>(
         &self,
         name: &str,

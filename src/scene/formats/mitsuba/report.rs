@@ -1,26 +1,26 @@
-//! Errors, warnings, and what has no counterpart, with their places in several files.
+//! Errors, warnings, and reports of parts without a counterpart, with their places in several files.
 
 use crate::scene::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Errors that are described one by one.
+/// The maximum number of errors that are described.
 const MOST_ERRORS: usize = 100;
 
-/// A byte of a file.
+/// A byte offset in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
-    /// The index of the file, in the order in which they were read.
+    /// The index of the file, in the order of reading.
     pub(super) file: usize,
     pub(super) at: usize,
 }
 
-/// Proof that an error has been reported: only [`Reports`] makes one.
+/// Proof that an error has been reported. Only [`Reports`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
 
-/// What is read, or that an error has been reported.
+/// A converted part, or proof that an error was reported.
 pub(super) type Read<T> = Result<T, Reported>;
 
 /// A message about a place.
@@ -30,17 +30,17 @@ struct Report {
     help: Option<String>,
 }
 
-/// Something without a counterpart, the first place of it, and how many there are.
+/// A kind of part without a counterpart, its first place, and the number of its occurrences.
 struct Lack {
     first: Report,
     count: usize,
 }
 
-/// All that has been said about the files of a scene so far.
+/// All messages about the files of a scene so far.
 #[derive(Default)]
 pub(super) struct Reports {
     files: Vec<(PathBuf, Arc<str>)>,
-    /// The file that includes each.
+    /// The index of the file that includes each file.
     includers: HashMap<usize, usize>,
     errors: Vec<Report>,
     unlisted: usize,
@@ -66,7 +66,7 @@ impl Reports {
         self.includers.insert(file, by);
     }
 
-    /// The file that includes a file.
+    /// The file that includes another.
     pub(super) fn includer(&self, file: usize) -> Option<usize> {
         self.includers.get(&file).copied()
     }
@@ -95,7 +95,7 @@ impl Reports {
         }
     }
 
-    /// Notes that something has no counterpart, and what is rendered instead.
+    /// Reports a part without a counterpart, and its replacement.
     pub(super) fn lacks(&mut self, place: Place, what: impl Into<String>, instead: &str) {
         let what = what.into();
         if let Some(&known) = self.lack_of.get(&what) {
@@ -107,7 +107,7 @@ impl Reports {
         self.lacks.push(Lack { first, count: 1 });
     }
 
-    /// The warnings, in the order of the files; or the errors, to which belongs what has no counterpart if `strict`.
+    /// The warnings, in the order of the files, or the errors. With `strict`, parts without a counterpart are errors.
     pub(super) fn finish(self, strict: bool) -> Result<Vec<Diagnostic>, SceneErrors> {
         let Reports { files, mut errors, unlisted, mut warnings, lacks, .. } = self;
         let told = lacks.into_iter().map(|Lack { first, count }| {

@@ -1,8 +1,8 @@
-//! Serialized meshes, versions 3 and 4: the format of Mitsuba's own exporters.
+//! Serialized meshes, versions 3 and 4: the format of Mitsuba's exporters.
 //!
-//! A file is one mesh after another, each behind the bytes 1c 04 and the version, compressed with zlib by itself; at the end
-//! are the places of all and their number. A mesh is flags, from version 4 on a name, the numbers of vertices and
-//! triangles, and columns of positions, normals, uv, colours and corners.
+//! A file is a sequence of meshes, a table of their offsets, and their number. Each mesh starts with the bytes 1c 04
+//! and the version, followed by a zlib stream. The stream contains flags, a name from version 4 on, the numbers of
+//! vertices and triangles, and arrays of positions, normals, uv, colours and corners.
 
 use super::limits::MOST_UNPACKED;
 use crate::scene::description::Mesh;
@@ -14,10 +14,10 @@ const HAS_UV: u32 = 2;
 const HAS_COLOURS: u32 = 8;
 const DOUBLE: u32 = 0x2000;
 
-/// No byte of deflated data becomes more than this.
+/// The maximum expansion of a deflate stream.
 const MOST_EXPANSION: u64 = 1032;
 
-/// The bytes of a mesh, which are read from front to back.
+/// The remaining bytes of a mesh.
 struct Bytes<'b>(&'b [u8]);
 
 impl<'b> Bytes<'b> {
@@ -51,7 +51,7 @@ impl<'b> Bytes<'b> {
     }
 }
 
-/// Reads a mesh of a file by its number, from 0.
+/// Reads the mesh of a file with an index, from 0.
 pub(super) fn read(path: &Path, number: usize) -> Result<Mesh, String> {
     if !path.is_file() {
         return Err("this is not a file".into());
@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, number: usize) -> Result<Mesh, String> {
     parse(&bytes, number)
 }
 
-/// The mesh of a number in a file's bytes.
+/// The mesh with an index in the bytes of a file.
 pub fn parse(file: &[u8], number: usize) -> Result<Mesh, String> {
     let version = match (u16_at(file, 0), u16_at(file, 2)) {
         (Some(MAGIC), Some(version @ (3 | 4))) => version,
@@ -69,24 +69,24 @@ pub fn parse(file: &[u8], number: usize) -> Result<Mesh, String> {
     };
     let start = if number == 0 { 0 } else { offset(file, version, number)? };
     let packed = start.checked_add(4).and_then(|start| file.get(start..));
-    let packed = packed.ok_or("the place of a mesh is not in the file")?;
+    let packed = packed.ok_or("the offset of a mesh is not in the file")?;
     let most = (packed.len() as u64 * MOST_EXPANSION).min(MOST_UNPACKED);
     let most = usize::try_from(most).unwrap_or(usize::MAX);
     let unpacked = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(packed, most);
-    mesh(&unpacked.map_err(|error| format!("it cannot be unpacked: {error}"))?, version)
+    mesh(&unpacked.map_err(|error| format!("it cannot be decompressed: {error}"))?, version)
 }
 
 fn u16_at(file: &[u8], at: usize) -> Option<u16> {
     Some(u16::from_le_bytes(file.get(at..at.checked_add(2)?)?.try_into().ok()?))
 }
 
-/// The place of a mesh, from the list at the end of the file.
+/// The offset of a mesh, from the table at the end of the file.
 fn offset(file: &[u8], version: u16, number: usize) -> Result<usize, String> {
     let cut = || "the list of meshes at its end is cut off".to_owned();
     let mut end = Bytes(file.get(file.len().saturating_sub(4)..).unwrap_or_default());
     let count = u32::from_le_bytes(end.array().map_err(|_| cut())?) as usize;
     if number >= count {
-        return Err(format!("it has {count} meshes, and number {number} is asked for (counted from 0)"));
+        return Err(format!("it has {count} meshes, and mesh {number} is requested (counted from 0)"));
     }
     let size = if version == 3 { 4 } else { 8 };
     let back = (count - number).checked_mul(size).and_then(|back| back.checked_add(4));
@@ -103,7 +103,7 @@ fn mesh(bytes: &[u8], version: u16) -> Result<Mesh, String> {
     let mut bytes = Bytes(bytes);
     let flags = u32::from_le_bytes(bytes.array()?);
     if version >= 4 {
-        let end = bytes.0.iter().position(|&byte| byte == 0).ok_or("its name does not end")?;
+        let end = bytes.0.iter().position(|&byte| byte == 0).ok_or("its name is not terminated")?;
         bytes.take(end + 1)?;
     }
     let [vertices, triangles] = [bytes.array()?, bytes.array()?].map(u64::from_le_bytes);
@@ -126,7 +126,7 @@ fn mesh(bytes: &[u8], version: u16) -> Result<Mesh, String> {
     let mesh = Mesh { positions, normals, uv, triangles };
     mesh.check().map_err(|error| error.to_string())?;
     if !mesh.has_area() {
-        return Err("all of its triangles are without area: there is nothing to see".into());
+        return Err("all of its triangles have zero area".into());
     }
     Ok(mesh)
 }
@@ -182,7 +182,7 @@ mod tests {
                 assert_eq!((first.uv[0], first.positions[2]), ([0.0, 0.25], [0.0, 1.0, 0.0]));
                 assert_eq!(first.triangles, [[0, 1, 2]]);
                 assert_eq!(parse(&file, 1).expect("a mesh").triangles, [[2, 0, 1]]);
-                let message = "it has 2 meshes, and number 2 is asked for (counted from 0)";
+                let message = "it has 2 meshes, and mesh 2 is requested (counted from 0)";
                 assert_eq!(parse(&file, 2), Err(message.into()));
             }
         }

@@ -1,9 +1,9 @@
-//! Spectra, and the colours that they become.
+//! Spectra, and their conversion to colours.
 //!
-//! A picture is in linear Rec. 709, and so is everything in a scene: a spectrum becomes a colour as soon as it is read, as in
-//! Mitsuba's `rgb` variants. X = Σ S(λ)·x̄(λ)·Δλ / Σ ȳ(λ)·Δλ, and Y and Z likewise; of reflectances under D65 that is
-//! scaled to Y = 1, of emitters and of indices of refraction as they are. What is outside of Rec. 709's gamut is
-//! clipped.
+//! Colours in a scene are linear Rec. 709. A spectrum becomes a colour when it is read, as in Mitsuba's `rgb` variants:
+//! X = Σ S(λ)·x̄(λ)·Δλ / Σ ȳ(λ)·Δλ, and likewise Y and Z. For reflectances S is multiplied by D65, and the sum is
+//! normalised so that Y = 1 for a reflectance of 1. Spectra of light and indices of refraction are not multiplied. Colours
+//! outside the gamut of Rec. 709 are clipped.
 
 use super::cie::{D65, OBSERVER, WAVELENGTHS};
 use super::text::{number, words};
@@ -11,20 +11,20 @@ use super::text::{number, words};
 /// A spectrum.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Spectrum {
-    /// The same at all wavelengths.
+    /// The same value at all wavelengths.
     Uniform(f64),
-    /// Wavelengths in nm, in increasing order, and values; straight between them, and zero beyond them.
+    /// Wavelengths in nm, in increasing order, and values. It is interpolated linearly, and 0 outside.
     Samples(Vec<[f64; 2]>),
 }
 
-/// What a spectrum is of.
+/// The quantity of a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Of {
-    /// The fraction of light that is reflected or let through.
+    /// The fraction of light that is reflected or transmitted.
     Reflectance,
     /// Emitted light.
     Light,
-    /// Anything else: an index of refraction, a roughness.
+    /// Another quantity, such as an index of refraction or a roughness.
     Number,
 }
 
@@ -32,17 +32,17 @@ pub(super) enum Of {
 const FROM_XYZ: [[f64; 3]; 3] =
     [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]];
 
-/// ∫ ȳ dλ as Mitsuba takes it.
+/// ∫ ȳ dλ, with Mitsuba's value.
 const Y_INTEGRAL: f64 = 106.750_259_399_414_06;
 
 /// The mean of D65, weighted by ȳ.
 const D65_MEAN: f64 = 98.997_417_518_762_55;
 
-/// Wavelengths at which a spectrum is looked at.
+/// The number of wavelengths at which a spectrum is evaluated.
 const STEPS: usize = 1000;
 
 impl Spectrum {
-    /// From one number, or from pairs `wavelength:value`.
+    /// Parses one number, or pairs `wavelength:value`.
     pub(super) fn parse(text: &str) -> Result<Spectrum, String> {
         if !text.contains(':') {
             let mut words = words(text);
@@ -58,7 +58,7 @@ impl Spectrum {
         samples.ok_or_else(|| "a pair of a spectrum is written 400:0.2".into()).and_then(Self::of)
     }
 
-    /// From the text of a file: a wavelength and a value on each line.
+    /// Parses the text of a file with a wavelength and a value on each line.
     pub(super) fn of_file(text: &str) -> Result<Spectrum, String> {
         let mut samples = Vec::new();
         for (line, given) in text.lines().enumerate() {
@@ -75,7 +75,7 @@ impl Spectrum {
         Self::of(samples)
     }
 
-    /// Of samples, which must be two or more in increasing order.
+    /// A spectrum of samples. There must be two or more, in increasing order.
     pub(super) fn of(samples: Vec<[f64; 2]>) -> Result<Spectrum, String> {
         if samples.len() < 2 {
             return Err("a spectrum needs two wavelengths or more".into());
@@ -86,7 +86,8 @@ impl Spectrum {
         Ok(Spectrum::Samples(samples))
     }
 
-    /// That of a black body of a temperature in K, in W/(m² sr nm): Planck's law, between two wavelengths in nm.
+    /// The spectrum of a black body by Planck's law, between two wavelengths in nm. The temperature is in K, the
+    /// radiance in W/(m² sr nm).
     pub(super) fn black_body(temperature: f64, [low, high]: [f64; 2]) -> Result<Spectrum, String> {
         const H: f64 = 6.626_070_15e-34;
         const C: f64 = 299_792_458.0;
@@ -106,10 +107,10 @@ impl Spectrum {
         Self::of((0..=94).map(|i| low + (high - low) * f64::from(i) / 94.0).map(|w| [w, at(w)]).collect())
     }
 
-    /// The colour that it becomes.
+    /// The colour of the spectrum.
     pub(super) fn colour(&self, of: Of) -> [f64; 3] {
         let samples = match self {
-            // White light is not grey: Rec. 709's white is D65.
+            // A uniform spectrum is not white, as the white of Rec. 709 is D65.
             Spectrum::Uniform(value) if of == Of::Light => {
                 return FROM_XYZ.map(|row| row.iter().sum::<f64>() * value);
             }
@@ -174,12 +175,12 @@ mod tests {
     fn a_flat_reflectance_is_grey_and_a_flat_light_is_not() {
         let flat = Spectrum::Samples(vec![[300.0, 0.5], [900.0, 0.5]]);
         assert!(near(flat.colour(Of::Reflectance), [0.5; 3], 1e-3), "{:?}", flat.colour(Of::Reflectance));
-        // Equal energy is more red than D65 (x = y = 1/3).
+        // Equal energy (x = y = 1/3) is redder than D65.
         let light = flat.colour(Of::Light);
         assert!(near(light, [0.602, 0.474, 0.455], 2e-3), "{light:?}");
         assert!(near(Spectrum::Uniform(0.5).colour(Of::Light), [0.602, 0.474, 0.454], 1e-3));
         assert_eq!(Spectrum::Uniform(0.5).colour(Of::Number), [0.5; 3]);
-        // Narrow light at 520 nm is out of gamut, and clipped.
+        // Monochromatic light of 520 nm is outside the gamut, and is clipped.
         let green = Spectrum::Samples(vec![[515.0, 0.0], [520.0, 100.0], [525.0, 0.0]]);
         let [red, g, _] = green.colour(Of::Light);
         assert!(red == 0.0 && g > 1.0);

@@ -1,4 +1,4 @@
-//! Variables: `$name` in attributes, with values of the command line, of `<default>`.
+//! Variables: `$name` in attributes, with values from the command line or from `<default>`.
 
 use super::limits::LONGEST_SUBSTITUTED;
 use std::collections::HashMap;
@@ -6,7 +6,7 @@ use std::collections::HashMap;
 #[derive(Debug)]
 struct Variable {
     value: String,
-    /// Whether a file has used it, or has a default for it.
+    /// Whether a file has used it or has a default for it.
     known: bool,
 }
 
@@ -19,7 +19,7 @@ pub(super) struct Variables {
 }
 
 impl Variables {
-    /// Those of the command line. Of two values for a name the last counts.
+    /// The variables of the command line. If a name has several values, the last one counts.
     pub(super) fn given(defines: &[(String, String)]) -> Variables {
         let mut variables = Variables::default();
         defines.iter().for_each(|(name, value)| variables.set(name, value, false));
@@ -31,7 +31,7 @@ impl Variables {
         self.by_name.insert(name.to_owned(), Variable { value: value.to_owned(), known });
     }
 
-    /// Gives a variable a value if it has none.
+    /// Sets the default of a variable that has no value.
     pub(super) fn fall_back(&mut self, name: &str, value: &str) {
         match self.by_name.get_mut(name) {
             Some(variable) => variable.known = true,
@@ -39,8 +39,8 @@ impl Variables {
         }
     }
 
-    /// A text with the values of its variables, of which the longest name that fits counts; or the name of one that
-    /// is unknown. `\$` is a dollar sign.
+    /// A text with the values of its variables, or the name of an unknown variable. The longest matching name counts.
+    /// `\$` is a dollar sign.
     pub(super) fn put_into(&mut self, text: &str) -> Result<String, String> {
         let mut done = String::new();
         let mut rest = text;
@@ -66,7 +66,7 @@ impl Variables {
             variable.known = true;
             done += &variable.value;
             if done.len() > LONGEST_SUBSTITUTED {
-                // It is too long already, and refused by the caller.
+                // The text is already too long. The caller refuses it.
                 return Ok(done);
             }
             rest = &after[name.map_or(0, str::len)..];
@@ -74,7 +74,7 @@ impl Variables {
         Ok(done + rest)
     }
 
-    /// The names of the command line that no file knows, in order.
+    /// The names from the command line that no file uses, in order.
     pub(super) fn unused(&self) -> Vec<String> {
         let unused = self.by_name.iter().filter(|(_, variable)| !variable.known);
         let mut names: Vec<_> = unused.map(|(name, _)| name.clone()).collect();
@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(put("$spp"), Ok("8".into()));
         assert_eq!(put("x$sppx y$depth."), Ok("x9 y5.".into()));
         assert_eq!(put("\\$spp $spp"), Ok("$spp 8".into()));
-        // Values are not looked into: no text grows by more than they are long.
+        // Variables in values are not replaced, so each text grows by at most the lengths of its values.
         assert_eq!(put("$a"), Ok("$spp".into()));
         assert_eq!(put("$none!"), Err("none".into()));
         assert_eq!(put("é$"), Err(String::new()));

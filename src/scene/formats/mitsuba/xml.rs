@@ -1,4 +1,4 @@
-//! From XML files to objects: elements, variables, files that are included, names of objects.
+//! From XML files to objects: elements, variables, included files, and references.
 
 use super::files::Files;
 use super::input::{explained, limited, offset};
@@ -40,7 +40,7 @@ const OTHERS: [&str; 14] = [
     "vector",
 ];
 
-/// A reference to an object that may come later.
+/// A reference to an object that may be defined later.
 struct Reference {
     object: usize,
     property: usize,
@@ -48,7 +48,7 @@ struct Reference {
     place: Place,
 }
 
-/// What is known while files are read.
+/// The state of reading.
 pub(super) struct Parser<'a> {
     pub(super) reports: &'a mut Reports,
     files: &'a Files,
@@ -61,7 +61,7 @@ pub(super) struct Parser<'a> {
     bytes: u64,
 }
 
-/// An element, its attributes with the values of variables in them, and the file that it is in.
+/// An element, its attributes with the values of variables inserted, and its file.
 struct Element<'a> {
     name: &'a str,
     attributes: Vec<(&'a str, Cow<'a, str>)>,
@@ -106,7 +106,7 @@ pub(super) fn parse(
 }
 
 impl Parser<'_> {
-    /// Reads the text of a file, which may be included by an object.
+    /// Reads the text of a file, which may be included inside an object.
     fn file(
         &mut self,
         text: Arc<str>,
@@ -121,7 +121,7 @@ impl Parser<'_> {
             return Err(self.reports.error(whole, message));
         }
         let left = MOST_ELEMENTS - self.elements.min(MOST_ELEMENTS);
-        // Beside elements there are texts between them, and comments.
+        // Nodes are elements, comments, and the texts between them.
         let options = ParsingOptions { nodes_limit: (4 * left + 1024) as u32, ..ParsingOptions::default() };
         let tree = match roxmltree::Document::parse_with_options(&text, options) {
             Ok(tree) => tree,
@@ -148,7 +148,7 @@ impl Parser<'_> {
         }
     }
 
-    /// That a scene is of a version that is read here.
+    /// Checks the version of a scene.
     fn version(&mut self, element: &Element<'_>) -> Read<()> {
         let Some(version) = element.get("version") else {
             return Err(self.reports.error(element.place, "<scene> has no version"));
@@ -162,13 +162,13 @@ impl Parser<'_> {
                 Err(self.reports.error_with(element.place, message, Some(help.into())))
             }
             None => {
-                let message = format!("version {} is none", quote(version));
+                let message = format!("{} is not a version", quote(version));
                 Err(self.reports.error(element.place, message))
             }
         }
     }
 
-    /// An element with the values of variables put in.
+    /// An element with the values of variables inserted.
     fn element<'n>(&mut self, node: Node<'n, '_>, file: usize) -> Read<Element<'n>> {
         let place = Place { file, at: node.range().start };
         self.elements += 1;
@@ -183,12 +183,13 @@ impl Parser<'_> {
                 text => match self.variables.put_into(text) {
                     Ok(value) if value.len() <= LONGEST_SUBSTITUTED => Cow::Owned(value),
                     Ok(_) => {
-                        let message = format!("with its variables {} is too long", attribute.name());
+                        let message =
+                            format!("{} is too long with the values of its variables", attribute.name());
                         return Err(self.reports.error(place, message));
                     }
                     Err(name) => {
                         let message = format!("there is no variable {}", quote(&format!("${name}")));
-                        let help = format!("-D {name}=VALUE gives it a value, or <default>");
+                        let help = format!("set it with -D {name}=VALUE or <default>");
                         return Err(self.reports.error_with(place, message, Some(help)));
                     }
                 },
@@ -198,7 +199,7 @@ impl Parser<'_> {
         Ok(Element { name: node.tag_name().name(), attributes, place })
     }
 
-    /// Refuses attributes that an element has not.
+    /// Reports unknown attributes of an element.
     fn only(&mut self, element: &Element<'_>, known: &[&'static str]) -> Read<()> {
         match element.attributes.iter().find(|(name, _)| !known.contains(name)) {
             None => Ok(()),
@@ -210,7 +211,7 @@ impl Parser<'_> {
         }
     }
 
-    /// An attribute that must be there.
+    /// A required attribute.
     fn needed<'e>(&mut self, element: &'e Element<'_>, name: &str) -> Read<&'e str> {
         element
             .get(name)
@@ -243,11 +244,11 @@ impl Parser<'_> {
         Ok(index)
     }
 
-    /// Reads what is inside of an object's element.
+    /// Reads the children of an object's element.
     fn inside(&mut self, node: Node<'_, '_>, object: usize, file: usize, depth: usize) -> Read<()> {
         let mut outcome = Ok(());
         for child in node.children().filter(Node::is_element) {
-            // All errors of a file are told, each once.
+            // Each error is reported once, and reading continues.
             if let Err(reported) = self.child(child, object, file, depth + 1, None) {
                 outcome = Err(reported);
             }
@@ -255,7 +256,7 @@ impl Parser<'_> {
         outcome
     }
 
-    /// Reads an element inside of an object, under another name than its own if it was included under one.
+    /// Reads a child of an object's element. An included element may have another name than its own.
     fn child(
         &mut self,
         node: Node<'_, '_>,
@@ -310,10 +311,10 @@ impl Parser<'_> {
         self.property(parent, name, value, element.place)
     }
 
-    /// Adds a property, whose name must be new.
+    /// Adds a property, whose name must be unique.
     fn property(&mut self, object: usize, name: String, value: Value, place: Place) -> Read<()> {
         let owner = &mut self.objects[object];
-        // A scene has hundreds of thousands of objects, whose names say nothing.
+        // A scene has hundreds of thousands of objects, whose names have no meaning.
         let counts = !name.is_empty() && owner.tag != Tag::Scene;
         if counts && owner.properties.iter().any(|property| property.name == name) {
             let message = format!("{} is given twice", quote(&name));
@@ -403,7 +404,7 @@ impl Parser<'_> {
         let Some(&object) = self.ids.get(id) else {
             return Err(self
                 .reports
-                .error(element.place, format!("nothing before has the id {}", quote(id))));
+                .error(element.place, format!("no object before it has the id {}", quote(id))));
         };
         match self.ids.insert(other.to_owned(), object) {
             None => Ok(()),
@@ -418,7 +419,7 @@ impl Parser<'_> {
         self.only(element, &["value"])?;
         let value = self.needed(element, "value")?;
         if parent != 0 {
-            return Err(self.reports.error(element.place, "<path> stands directly inside of <scene>"));
+            return Err(self.reports.error(element.place, "<path> must be a child of <scene>"));
         }
         let own = self.reports.path(element.place.file).parent().unwrap_or(Path::new("")).join(value);
         self.look_first_in(own, element.place)?;
@@ -434,7 +435,7 @@ impl Parser<'_> {
             Err(error) => return Err(self.reports.error(element.place, format!("{}: {error}", quote(file)))),
         };
         let index = self.reports.add_file(&path, Arc::clone(&text));
-        // A file that includes itself does so until here.
+        // A file that includes itself ends here.
         if self.includes(element.place.file) >= MOST_INCLUDES {
             let message = format!("files include each other more than {MOST_INCLUDES} deep");
             return Err(self.reports.error(element.place, message));
@@ -447,10 +448,10 @@ impl Parser<'_> {
         outcome
     }
 
-    /// Adds a folder before those in which files are looked for.
+    /// Adds a folder, which is searched first.
     fn look_first_in(&mut self, folder: PathBuf, place: Place) -> Read<()> {
         if self.folders.len() >= MOST_FOLDERS {
-            let message = format!("files are looked for in more than {MOST_FOLDERS} folders");
+            let message = format!("files are searched for in more than {MOST_FOLDERS} folders");
             return Err(self.reports.error(place, message));
         }
         let mut folders = vec![folder];
@@ -459,7 +460,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// How many files include each other to get to a file.
+    /// The number of nested inclusions at a file.
     fn includes(&self, file: usize) -> usize {
         std::iter::successors(Some(file), |&file| self.reports.includer(file)).count()
     }
@@ -469,14 +470,13 @@ impl Parser<'_> {
         found.map_err(|(message, help)| self.reports.error_with(place, message, help))
     }
 
-    /// Puts objects in place of references, and makes sure that none contains itself and that they are not nested too
-    /// deep.
+    /// Replaces references by objects, and checks that no object contains itself and that none is nested too deep.
     fn resolve(&mut self) -> Read<()> {
         let mut outcome = Ok(());
         for Reference { object, property, id, place } in std::mem::take(&mut self.references) {
             match self.ids.get(&id) {
                 Some(&named) => {
-                    // A reference whose element was refused is not there.
+                    // A reference to an element with an error has no object.
                     if let Some(property) = self.objects[object].properties.get_mut(property) {
                         property.value = Value::Object(named);
                     }

@@ -38,7 +38,12 @@ pub fn textured_radiance<F: Float>(
     uv: [F; 2],
     p: Vec3<F>,
 ) -> Rgb<F> {
-    let value = textures.value(texture, Site { p, uv, footprint: F::zero() });
+    limited(textures.value(texture, Site { p, uv, footprint: F::zero() }))
+}
+
+/// The values of a texture as radiance, within its limits.
+#[inline(always)]
+pub(super) fn limited<F: Float>(value: Rgb<F>) -> Rgb<F> {
     let (least, most) = (F::zero(), F::splat(RADIANCE.most as f32));
     Rgb::new(value.r.max(least).min(most), value.g.max(least).min(most), value.b.max(least).min(most))
 }

@@ -29,6 +29,12 @@ impl TextureTable {
         })
     }
 
+    /// The values of textures that are a single image, without tiles or transformed uv, at uv and at the finest level.
+    #[inline(always)]
+    pub fn image_value<F: Float>(&self, texture: F::Uint, uv: [F; 2]) -> Rgb<F> {
+        function!(F, image_value(texture, uv), { image::texels_at(self, texture, uv) })
+    }
+
     /// Runs programs with a stack of `D` colours.
     #[inline(always)]
     fn run<F: Float, const D: usize>(&self, first: F::Uint, site: Site<F>) -> Rgb<F> {

@@ -5,7 +5,7 @@ use super::fetch::Texels;
 use super::instruction::{Instruction, Op};
 use super::program::{Builder, Cost, TextureParameters};
 use super::table::TextureTable;
-use crate::math::{Float, Rgb, Uint, function};
+use crate::math::{Float, Mask, Rgb, Uint, function};
 use crate::parameter::limits::COORDINATE;
 use crate::parameter::{ImageIndex, Number, ParameterKind, Problem, parameters, words};
 
@@ -203,6 +203,13 @@ pub(super) fn look_up<F: Float>(
         #[inline(always)]
         || sharp * (F::splat(1.0) - share) + texels(table, coarser, flags, [s, t], is_tile, mixes) * share,
     )
+}
+
+/// The colour at uv of instructions that look up a single image, without tiles or transformed uv, at the finest level.
+#[inline(always)]
+pub(super) fn texels_at<F: Float>(table: &TextureTable, at: F::Uint, uv: [F; 2]) -> Rgb<F> {
+    let all = &table.instructions;
+    texels(table, all.link(at), all.flags(at), uv, F::splat(1.0), F::Mask::splat(true))
 }
 
 /// The logarithm to base two: exact at powers of two and linear between them, with an error of at most 0.09 below. For

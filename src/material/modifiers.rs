@@ -150,6 +150,8 @@ const MAP: u32 = 1;
 const BACK: u32 = 2;
 /// The bit of rows with an opacity.
 const HOLE: u32 = 4;
+/// The bit of rows that have an opacity or lead to a row that has one.
+const LEADS_TO_HOLE: u32 = 8;
 
 /// The modifiers of all rows, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -177,12 +179,14 @@ pub struct ModifierColumns {
 }
 
 impl ModifierColumns {
-    /// The modifiers of some rows.
-    pub(super) fn new(rows: &[RowModifiers]) -> ModifierColumns {
+    /// The modifiers of all rows. Rows lead only to rows before them.
+    pub(super) fn new(materials: &[Row], rows: &[RowModifiers]) -> ModifierColumns {
         let mut all = ModifierColumns::default();
-        for (i, row) in (0..).zip(rows) {
+        for (i, (material, row)) in (0..).zip(materials.iter().zip(rows)) {
             let (map, back, hole) = (row.has_map(), row.back.is_some(), row.has_hole());
-            all.modified.push((u32::from(map) * MAP) | (u32::from(back) * BACK) | (u32::from(hole) * HOLE));
+            let leads = hole || next_rows(material, row).any(|next| all.modified[next] & LEADS_TO_HOLE != 0);
+            let bits = [(map, MAP), (back, BACK), (hole, HOLE), (leads, LEADS_TO_HOLE)];
+            all.modified.push(bits.into_iter().filter(|(has, _)| *has).map(|(_, bit)| bit).sum());
             all.opacity.push(row.opacity);
             all.opacity_texture.push(row.opacity_texture);
             all.amount_texture.push(row.amount_texture);
@@ -235,6 +239,12 @@ impl ModifierColumns {
     fn with<F: Float>(&self, row: F::Uint, bit: u32) -> F::Mask {
         let bit = F::Uint::splat(bit);
         (F::Uint::gather(&self.modified, row) & bit).eq(bit)
+    }
+
+    /// The lanes whose row has an opacity or leads to a row that has one.
+    #[inline(always)]
+    pub(super) fn leads_to_hole<F: Float>(&self, row: F::Uint) -> F::Mask {
+        self.with::<F>(row, LEADS_TO_HOLE)
     }
 
     /// The lanes whose row has a map.
@@ -294,13 +304,18 @@ fn share<F: Float>(textures: &TextureTable, texture: F::Uint, own: F, site: Site
     )
 }
 
+/// The rows to which a row leads: those among which it chooses, and that of its back side.
+fn next_rows<'a>(row: &'a Row, own: &'a RowModifiers) -> impl Iterator<Item = usize> + 'a {
+    let choices = if row.kind.is_chooser() { &row.choices[..] } else { &[] };
+    choices.iter().chain(&own.back).map(|&next| next as usize)
+}
+
 /// The greatest number of steps from a row to a leaf, through choosers and materials of back sides. All of them precede
 /// the rows that lead to them.
 pub(super) fn longest_path(rows: &[Row], modifiers: &[RowModifiers]) -> u32 {
     let mut steps: Vec<u32> = Vec::with_capacity(rows.len());
     for (row, own) in rows.iter().zip(modifiers) {
-        let choices = if row.kind.is_chooser() { &row.choices[..] } else { &[] };
-        let longest = choices.iter().chain(&own.back).map(|&next| 1 + steps[next as usize]).max();
+        let longest = next_rows(row, own).map(|next| 1 + steps[next]).max();
         steps.push(longest.unwrap_or(0));
     }
     steps.into_iter().max().unwrap_or(0)

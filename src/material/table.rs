@@ -148,7 +148,7 @@ impl MaterialTable {
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
         let is_anisotropic = rows.iter().any(|row| row.is_anisotropic);
         let bindings = Bindings::new(rows.len(), bindings);
-        let modifiers = ModifierColumns::new(modifiers);
+        let modifiers = ModifierColumns::new(&rows, modifiers);
         let media = Media::new(&rows);
         let is_walked = kinds.has(Kind::Mix) | modifiers.has_any();
         let mut table = MaterialTable {

@@ -55,6 +55,12 @@ impl MaterialTable {
         self.modifiers.has_holes
     }
 
+    /// The lanes whose material may have an opacity, by itself or where it leads to another one.
+    #[inline(always)]
+    pub fn may_have_holes<F: Float>(&self, material: F::Uint) -> F::Mask {
+        self.modifiers.leads_to_hole::<F>(material)
+    }
+
     /// Whether any material has a normal or bump map.
     #[inline(always)]
     pub fn has_maps(&self) -> bool {
@@ -194,6 +200,23 @@ mod tests {
         assert_eq!((odd.material.0, odd.scale), (1, [2.0, 3.0]));
         assert!((odd.uv[0] - 0.2).abs() < 1e-6 && (odd.uv[1] - 0.3).abs() < 1e-6);
         assert_eq!(walk(&table, 1, [0.6, 0.1], false, 0.9).material.0, 1);
+    }
+
+    #[test]
+    fn holes_are_known_from_all_rows_that_lead_to_them() {
+        let with = |change: &dyn Fn(&mut [RowModifiers; 5])| {
+            let mut modifiers = [RowModifiers::default(); 5];
+            change(&mut modifiers);
+            let table = table(modifiers);
+            [0, 1, 2, 3, 4].map(|row| table.may_have_holes::<f32>(Wrapping(row)))
+        };
+        assert_eq!(with(&|_| ()), [false; 5]);
+        // The matte is in both mixes, and in the checkerboard by one of them.
+        assert_eq!(with(&|all| all[0].opacity = 0.5), [true, false, true, true, true]);
+        assert_eq!(with(&|all| all[2].opacity = 0.5), [false, false, true, true, true]);
+        assert_eq!(with(&|all| all[4].opacity_texture = 0), [false, false, false, false, true]);
+        let behind = |all: &mut [RowModifiers; 5]| (all[0].opacity, all[1].back) = (0.5, Some(0));
+        assert_eq!(with(&behind), [true; 5]);
     }
 
     #[test]

@@ -114,6 +114,12 @@ impl Instructions {
     }
 
     #[inline(always)]
+    pub(super) fn all_numbers<F: Float>(&self, at: F::Uint) -> [F; NUMBERS] {
+        let [a, b, c, d, e, f] = &self.numbers;
+        F::gather_all([a, b, c, d, e, f], at)
+    }
+
+    #[inline(always)]
     pub(super) fn number<F: Float>(&self, i: usize, at: F::Uint) -> F {
         F::gather(&self.numbers[i], at)
     }

@@ -145,14 +145,7 @@ pub(super) fn look_up<F: Float>(
     active: F::Mask,
 ) -> Rgb<F> {
     let (all, rows): (&Instructions, &PictureRows) = (&table.instructions, &table.rows);
-    let number = [
-        all.number::<F>(0, at),
-        all.number(1, at),
-        all.number(2, at),
-        all.number(3, at),
-        all.number(4, at),
-        all.number(5, at),
-    ];
+    let number = all.all_numbers::<F>(at);
     let mut s = u * number[0] + v * number[1] + number[2];
     let mut t = u * number[3] + v * number[4] + number[5];
     let flags = all.flags(at);

@@ -3,7 +3,7 @@
 use super::instruction::{END, Op};
 use super::program::STACK;
 use super::site::Site;
-use super::table::TextureTable;
+use super::table::{Has, TextureTable};
 use super::{checkerboard, image, mix, noise};
 use crate::math::{Float, Rgb, Uint, Vec3, function};
 
@@ -60,7 +60,17 @@ impl TextureTable {
         stack: [Rgb<F>; D],
         p: Vec3<F>,
     ) -> (F::Uint, Coordinates<F>, [Rgb<F>; D]) {
-        let (all, has) = (&self.instructions, &self.has);
+        let all = &self.instructions;
+        // Only textures of at least two colours need more than one place: the code of one place has no others.
+        let own = &self.has;
+        let has = Has {
+            mix: D > 1 && own.mix,
+            scale: D > 1 && own.scale,
+            noise: D > 1 && own.noise,
+            restore: D > 1 && own.restore,
+            image: own.image,
+            check: own.check,
+        };
         let op = all.op(at);
         let mut next = (all.next(at), uv);
         let mut top = all.colour::<F>(at);

@@ -6,8 +6,8 @@ use super::table::MaterialTable;
 use super::walk::Walked;
 use crate::math::{Float, Frame, Vec3, value};
 
-/// The step in uv for the slopes of heights: a quarter of a texel of a picture of 256 texels per side.
-const STEP: f32 = 1.0 / 1024.0;
+/// The least step in uv for the slopes of heights, relative to the coordinate: eight times the spacing of numbers.
+const LEAST_STEP: f32 = 1.0 / 1_048_576.0;
 
 /// The parametrisation by uv of a surface at a point, in world space.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +30,28 @@ impl MaterialTable {
         self.textures.value(texture, site).r
     }
 
+    /// The change of heights per change of one coordinate, 0 for u and 1 for v, around a point: a central difference.
+    /// `step` is a distance of the coordinate, and one in the scene, of which the shorter counts. `along` is the change
+    /// of the point per change of the coordinate.
+    #[inline(always)]
+    fn slope<F: Float>(
+        &self,
+        texture: F::Uint,
+        site: Site<F>,
+        axis: usize,
+        step: (F, F),
+        along: Vec3<F>,
+    ) -> F {
+        let x = site.uv[axis];
+        let step = step.0.min(step.1 / along.max_abs().max(F::splat(1e-18)));
+        let half = step.max(x.abs() * LEAST_STEP) * 0.5;
+        // Distances as rounded. The point moves as well, because noise depends on it.
+        let (before, after) = (x - half, x + half);
+        let higher = self.height(texture, moved(site, axis, after, along));
+        let lower = self.height(texture, moved(site, axis, before, along));
+        (higher - lower) / (after - before)
+    }
+
     /// The normals that the maps of a walk give for `normal`, of length one, on either side of the surface. `site` is
     /// in the coordinates of the surface.
     #[inline(always)]
@@ -50,16 +72,12 @@ impl MaterialTable {
                 n,
                 #[inline(always)]
                 || {
-                    let [u, v] = here.uv;
-                    // Steps as rounded. The point moves as well, because noise depends on it.
-                    let (next_u, next_v) = (u + STEP, v + STEP);
-                    let (du, dv) = ((next_u - u) / a, (next_v - v) / b);
-                    let h = self.height(texture, here);
-                    let h_u = self
-                        .height(texture, Site { uv: [next_u, v], p: site.p + basis.along_u * du, ..here });
-                    let h_v = self
-                        .height(texture, Site { uv: [u, next_v], p: site.p + basis.along_v * dv, ..here });
-                    let slope = basis.gradient_u * ((h_u - h) / du) + basis.gradient_v * ((h_v - h) / dv);
+                    let steps = self.modifiers.bump_steps::<F>(walked.map);
+                    let slope_u =
+                        self.slope(texture, here, 0, (steps.x, steps.z), basis.along_u * (F::splat(1.0) / a));
+                    let slope_v =
+                        self.slope(texture, here, 1, (steps.y, steps.z), basis.along_v * (F::splat(1.0) / b));
+                    let slope = basis.gradient_u * (slope_u * a) + basis.gradient_v * (slope_v * b);
                     let slope = slope * scale;
                     // A surface p + h·n has the normal n − ∇h (Blinn 1978, "Simulation of Wrinkled Surfaces").
                     unit_or(normal - (slope - normal * normal.dot(slope)), normal)
@@ -85,6 +103,14 @@ impl MaterialTable {
         }
         n
     }
+}
+
+/// The site at another value of a coordinate: see [`MaterialTable::slope`].
+#[inline(always)]
+fn moved<F: Float>(site: Site<F>, axis: usize, to: F, along: Vec3<F>) -> Site<F> {
+    let mut uv = site.uv;
+    uv[axis] = to;
+    Site { uv, p: site.p + along * (to - site.uv[axis]), ..site }
 }
 
 /// A vector divided by its length; another one if its length is zero.

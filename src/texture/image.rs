@@ -2,8 +2,11 @@
 
 use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, TILES};
 use super::fetch::Texels;
+use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
+use super::picture::Picture;
 use super::program::{Builder, Cost, TextureParameters};
+use super::slope_step::SlopeStep;
 use super::table::TextureTable;
 use crate::math::{Float, Rgb, Uint, function};
 use crate::parameter::limits::COORDINATE;
@@ -88,6 +91,10 @@ fn has_its_uv(image: ImageTexture, _warnings: &mut Vec<Problem>) -> Result<Image
     Ok(image)
 }
 
+/// The distance over which slopes are measured, in texels. It is short, so that slopes are those of bilinear interpolation
+/// except where it bends, and long enough for the rounding of uv on large and often repeated pictures.
+const SLOPE_STEP: f64 = 0.25;
+
 /// The bit at which the modes of wrapping along v begin.
 const WRAP_V: u32 = 2;
 /// The bit of pictures with nearest texels.
@@ -111,17 +118,9 @@ impl TextureParameters for ImageTexture {
         let [wrap_u, wrap_v] = wrap.map(|wrap| wrap as u32);
         let nearest = if self.filter == TexelFilter::Nearest { NEAREST } else { 0 };
         let tiles = if is_tiled { TILES } else { 0 };
-        let turn = self.uv_rotate.to_radians();
-        // Rotations by quarters of a turn are exact.
-        let (sin, cos) = match (self.uv_rotate / 90.0).rem_euclid(4.0) {
-            0.0 => (0.0, 1.0),
-            1.0 => (1.0, 0.0),
-            2.0 => (0.0, -1.0),
-            3.0 => (-1.0, 0.0),
-            _ => (libm::sin(turn), libm::cos(turn)),
-        };
-        let ([su, sv], [ou, ov]) = (self.uv_scale, self.uv_offset);
-        let numbers = [cos * su, -sin * sv, ou, sin * su, cos * sv, ov].map(|x| x as f32);
+        let [[a, b], [c, d]] = self.turned();
+        let [ou, ov] = self.uv_offset;
+        let numbers = [a, b, ou, c, d, ov].map(|x| x as f32);
         let has_levels = self.mipmap && self.filter == TexelFilter::Linear;
         let link = builder.picture_rows(self.file, encoded, has_levels);
         let levels = if has_levels { MIPMAP } else { 0 };
@@ -132,6 +131,34 @@ impl TextureParameters for ImageTexture {
             numbers,
             ..Instruction::new(Op::Image, next)
         })
+    }
+
+    fn slope_step(&self, _named: SlopeStep, images: &[ImageFile]) -> SlopeStep {
+        let tiles = &images[self.file.0].tiles;
+        let most = |side: fn(&Picture) -> u32| {
+            f64::from(tiles.iter().map(|tile| side(&tile.picture)).max().unwrap_or(1))
+        };
+        let (width, height) = (most(Picture::width), most(Picture::height));
+        let [u, v] = self.turned();
+        let uv = [0, 1].map(|i| SLOPE_STEP / libm::hypot(u[i] * width, v[i] * height));
+        SlopeStep { uv, ..SlopeStep::NONE }
+    }
+}
+
+impl ImageTexture {
+    /// The scale and the rotation of uv, as a matrix by rows.
+    fn turned(&self) -> [[f64; 2]; 2] {
+        let turn = self.uv_rotate.to_radians();
+        // Rotations by quarters of a turn are exact.
+        let (sin, cos) = match (self.uv_rotate / 90.0).rem_euclid(4.0) {
+            0.0 => (0.0, 1.0),
+            1.0 => (1.0, 0.0),
+            2.0 => (0.0, -1.0),
+            3.0 => (-1.0, 0.0),
+            _ => (libm::sin(turn), libm::cos(turn)),
+        };
+        let [su, sv] = self.uv_scale;
+        [[cos * su, -sin * sv], [sin * su, cos * sv]]
     }
 }
 

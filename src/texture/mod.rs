@@ -10,6 +10,7 @@
 //! | `compile` | compilation of a scene's textures to these tables |
 //! | `table` | all textures of a scene in one table |
 //! | `site` | the point at which a texture is evaluated |
+//! | `slope_step` | the distances over which the slopes of textures are measured |
 //! | `evaluate` | the evaluation of programs, which gives the value of a texture at a point |
 //! | `fetch` | access to texels of pictures |
 //! | `picture`, `mipmap` | pictures in memory, and their coarser levels |
@@ -41,6 +42,7 @@ mod picture;
 mod program;
 mod scale;
 mod site;
+mod slope_step;
 mod table;
 
 pub use columns::{COLOURED, SRGB};
@@ -53,6 +55,7 @@ pub use list::*;
 pub use picture::{Depth, Picture};
 pub use program::{Cost, MOST_INSTRUCTIONS, STACK};
 pub use site::Site;
+pub use slope_step::SlopeStep;
 pub use table::{NO_TEXTURE, TextureTable};
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ use crate::light::{Environment, EnvironmentMapParameters, LightTable, NO_LIGHT};
 use crate::material::{Binding, MaterialKind, MaterialTable, ParameterSlot, RowModifiers};
 use crate::math::narrow;
 use crate::scene::{self, Material, Modifiers, Scene};
-use crate::texture::{Compiler, NO_TEXTURE};
+use crate::texture::{Compiler, NO_TEXTURE, SlopeStep};
 use std::sync::Arc;
 
 /// The tables that paths look up. They do not depend on the accelerator.
@@ -142,6 +142,13 @@ struct Textures {
     environment_map: Option<EnvironmentMapParameters>,
 }
 
+/// See [`RowModifiers::bump_steps`]. Of heights that are constant along an axis, any step measures the slope.
+fn bump_steps(step: SlopeStep) -> [f32; 3] {
+    let [u, v] = step.uv.map(|x| if x.is_finite() { x } else { 1.0 });
+    // Devices may not know infinity.
+    narrow([u, v, step.length.min(1e9)])
+}
+
 fn textures(scene: &Scene) -> Textures {
     let mut kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
     kinds.extend(scene.environment_picture.map(|picture| picture.texture().into()));
@@ -178,6 +185,9 @@ fn textures(scene: &Scene) -> Textures {
             };
             if let Some(texture) = alone {
                 *texture = compiler.root(textured.texture);
+                if textured.parameter == "bump_map" {
+                    own.bump_steps = bump_steps(compiler.slope_step(textured.texture));
+                }
             } else if let Some(slot) = ParameterSlot::of(&kinds[row], textured.parameter) {
                 // Parameters that cannot be textures are rejected when a scene is checked.
                 bindings.push(Binding { row, slot, texture: compiler.root(textured.texture) });

@@ -223,7 +223,11 @@ pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
         );
         facts.bounds(Bounds::of(mesh.positions.iter().copied()));
         facts.line("area", area(mesh));
-        let has = [(!mesh.normals.is_empty(), "normals"), (!mesh.uv.is_empty(), "uv")];
+        let has = [
+            (!mesh.normals.is_empty(), "normals"),
+            (!mesh.uv.is_empty(), "uv"),
+            (!mesh.second_uv.is_empty(), "second uv"),
+        ];
         let has: Vec<_> = has.into_iter().filter_map(|(has, what)| has.then_some(what)).collect();
         facts.line(
             "vertices",

@@ -9,7 +9,7 @@ use crate::math::trig::{angle_turns, sin_cos_turns};
 use crate::math::{BELOW_ONE, Float, Frame, Mask, Rgb, Vec3, narrow};
 use crate::parameter::limits::RADIANCE;
 use crate::sampling::{Grids, MOST_POINTS, SmoothPoint, warp};
-use crate::texture::TextureTable;
+use crate::texture::{Site, TextureTable};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -161,7 +161,7 @@ fn by_solid_angle<F: Float>(density: F, sin: F) -> F {
 /// The radiance of a point of the picture.
 #[inline(always)]
 fn radiance<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, at: [F; 2]) -> Rgb<F> {
-    textured_radiance(lights.textures(), lights.texture(), at, Vec3::zero()) * emission
+    textured_radiance(lights.textures(), lights.texture(), Site::new(Vec3::zero(), at, F::zero())) * emission
 }
 
 impl Light for EnvironmentMap {

@@ -383,7 +383,7 @@ mod tests {
         for (colour, some_are_black) in [(0.0, true), (0.5, false)] {
             let (mut scattered, mut black) = (0, 0);
             for row in rows(colour) {
-                let site = Site { p: Vec3::zero(), uv: [0.5; 2], footprint: 0.0 };
+                let site = Site::new(Vec3::zero(), [0.5; 2], 0.0);
                 let table = MaterialTable::new(vec![row]);
                 let bsdf = table.bsdf(Wrapping(0), site);
                 black += u32::from(bsdf.is_black());

@@ -4,7 +4,10 @@ use super::modifiers::is_texture;
 use super::row::Site;
 use super::table::MaterialTable;
 use super::walk::Walked;
-use crate::math::{Float, Frame, Vec3, value};
+use super::walk::select2;
+use crate::math::lanes::Value;
+use crate::math::{Float, Frame, Rgb, Vec3, value};
+use crate::texture::SecondUv;
 
 /// The least step in uv for the slopes of heights, relative to the coordinate: eight times the spacing of numbers.
 const LEAST_STEP: f32 = 1.0 / 1_048_576.0;
@@ -24,6 +27,18 @@ pub struct UvBasis<F> {
 
 value!(UvBasis { gradient_u, gradient_v, along_u, along_v });
 
+/// The step of a coordinate in the lanes of a map: the distance of the coordinate, and one in the scene, of which the
+/// shorter counts.
+type Step<F> = (F, F);
+
+impl<F: Float> UvBasis<F> {
+    /// The change of both coordinates along a vector.
+    #[inline(always)]
+    fn change(&self, along: Vec3<F>) -> [F; 2] {
+        [self.gradient_u.dot(along), self.gradient_v.dot(along)]
+    }
+}
+
 impl MaterialTable {
     #[inline(always)]
     fn height<F: Float>(&self, texture: F::Uint, site: Site<F>) -> F {
@@ -31,22 +46,17 @@ impl MaterialTable {
     }
 
     /// The change of heights per change of one coordinate, 0 for u and 1 for v, around a point: a central difference.
-    /// `step` is a distance of the coordinate, and one in the scene, of which the shorter counts. `along` is the change
-    /// of the point per change of the coordinate.
+    /// `along` is the change of the point per change of the coordinate.
     #[inline(always)]
     fn slope<F: Float>(
         &self,
         texture: F::Uint,
         site: Site<F>,
         axis: usize,
-        step: (F, F),
+        step: Step<F>,
         along: Vec3<F>,
     ) -> F {
-        let x = site.uv[axis];
-        let step = step.0.min(step.1 / along.max_abs().max(F::splat(1e-18)));
-        let half = step.max(x.abs() * LEAST_STEP) * 0.5;
-        // Distances as rounded. The point moves as well, because noise depends on it.
-        let (before, after) = (x - half, x + half);
+        let (before, after) = around(site.uv[axis], step, along);
         let higher = self.height(texture, moved(site, axis, after, along));
         let lower = self.height(texture, moved(site, axis, before, along));
         (higher - lower) / (after - before)
@@ -73,14 +83,83 @@ impl MaterialTable {
                 #[inline(always)]
                 || {
                     let steps = self.modifiers.bump_steps::<F>(walked.map);
-                    let slope_u =
-                        self.slope(texture, here, 0, (steps.x, steps.z), basis.along_u * (F::splat(1.0) / a));
-                    let slope_v =
-                        self.slope(texture, here, 1, (steps.y, steps.z), basis.along_v * (F::splat(1.0) / b));
+                    let (along_u, along_v) =
+                        (basis.along_u * (F::splat(1.0) / a), basis.along_v * (F::splat(1.0) / b));
+                    let slope_u = self.slope(texture, here, 0, (steps.x, steps.z), along_u);
+                    let slope_v = self.slope(texture, here, 1, (steps.y, steps.z), along_v);
                     let slope = basis.gradient_u * (slope_u * a) + basis.gradient_v * (slope_v * b);
-                    let slope = slope * scale;
-                    // A surface p + h·n has the normal n − ∇h (Blinn 1978, "Simulation of Wrinkled Surfaces").
-                    unit_or(normal - (slope - normal * normal.dot(slope)), normal)
+                    bumped(normal, slope * scale)
+                },
+            );
+        }
+        if self.modifiers.has_normals {
+            let (texture, scale) = self.modifiers.normals::<F>(walked.map);
+            n = F::branch(
+                is_texture::<F>(texture),
+                n,
+                #[inline(always)]
+                || tilted(self.textures.value(texture, here), scale, n, basis),
+            );
+        }
+        n
+    }
+
+    /// As [`Self::mapped`], in scenes whose textures use the second set of uv. `bases` are those of both sets.
+    ///
+    /// A map is along the coordinates of the second set if its texture depends on it. Where it depends on the first one
+    /// as well, that one follows the point.
+    #[inline(always)]
+    pub fn mapped_in_sets<F: Float>(
+        &self,
+        walked: &Walked<F>,
+        site: Site<F>,
+        normal: Vec3<F>,
+        [first, second]: [&UvBasis<F>; 2],
+    ) -> Vec3<F> {
+        let mut n = normal;
+        let one = F::splat(1.0);
+        let [a, b] = walked.map_scale;
+        let here = Site { uv: walked.map_uv, footprint: site.footprint * (a * b), ..site };
+        if self.modifiers.has_bumps {
+            let (texture, scale) = self.modifiers.bumps::<F>(walked.map);
+            n = F::branch(
+                is_texture::<F>(texture),
+                n,
+                #[inline(always)]
+                || {
+                    let is_second = self.modifiers.bumps_second::<F>(walked.map);
+                    let basis = UvBasis::blend(is_second, *second, *first);
+                    let uv = select2(is_second, here.second.uv, here.uv);
+                    let [a, b] = select2(is_second, [one; 2], [a, b]);
+                    let steps = self.modifiers.bump_steps::<F>(walked.map);
+                    let axes = [(basis.along_u, a, steps.x), (basis.along_v, b, steps.y)];
+                    let mut slopes = [F::zero(); 2];
+                    let mut axis = 0;
+                    while axis < 2 {
+                        let (along, scale, step) = axes[axis];
+                        let along = along * (one / scale);
+                        let (before, after) = around(uv[axis], (step, steps.z), along);
+                        let mut heights = [F::zero(); 2];
+                        let mut end = 0;
+                        while end < 2 {
+                            let to = [before, after][end];
+                            let by = along * (to - uv[axis]);
+                            let ([u, v], [u1, v1]) = (first.change(by), second.change(by));
+                            let [own_u, own_v] = walked.map_scale;
+                            let mut exact = uv;
+                            exact[axis] = to;
+                            let own = [here.uv[0] + u * own_u, here.uv[1] + v * own_v];
+                            let other = [here.second.uv[0] + u1, here.second.uv[1] + v1];
+                            let uv = select2(is_second, own, exact);
+                            let second = SecondUv { uv: select2(is_second, exact, other), ..here.second };
+                            heights[end] = self.height(texture, Site { uv, second, p: here.p + by, ..here });
+                            end += 1;
+                        }
+                        slopes[axis] = (heights[1] - heights[0]) / (after - before) * scale;
+                        axis += 1;
+                    }
+                    let slope = basis.gradient_u * slopes[0] + basis.gradient_v * slopes[1];
+                    bumped(normal, slope * scale)
                 },
             );
         }
@@ -91,13 +170,9 @@ impl MaterialTable {
                 n,
                 #[inline(always)]
                 || {
-                    let encoded = self.textures.value(texture, here);
-                    let (x, y, z) = (encoded.r * 2.0 - 1.0, encoded.g * 2.0 - 1.0, encoded.b * 2.0 - 1.0);
-                    let frame = Frame::along(n, basis.along_u);
-                    // If uv are mirrored or the normal is reversed, v increases in the opposite direction.
-                    let side = F::splat(1.0).copysign(frame.t.dot(basis.along_v));
-                    let tilted = frame.to_world(Vec3::new(x * scale, y * scale * side, z));
-                    unit_or(tilted, n)
+                    let is_second = self.modifiers.normals_second::<F>(walked.map);
+                    let basis = UvBasis::blend(is_second, *second, *first);
+                    tilted(self.textures.value(texture, here), scale, n, &basis)
                 },
             );
         }
@@ -105,7 +180,33 @@ impl MaterialTable {
     }
 }
 
-/// The site at another value of a coordinate: see [`MaterialTable::slope`].
+/// Half a step before a coordinate and half a step after it, as rounded.
+#[inline(always)]
+fn around<F: Float>(x: F, step: Step<F>, along: Vec3<F>) -> (F, F) {
+    let step = step.0.min(step.1 / along.max_abs().max(F::splat(1e-18)));
+    let half = step.max(x.abs() * LEAST_STEP) * 0.5;
+    (x - half, x + half)
+}
+
+/// The normal of a surface p + h·n, where `slope` is the gradient of h: n − ∇h (Blinn 1978, "Simulation of Wrinkled
+/// Surfaces").
+#[inline(always)]
+fn bumped<F: Float>(normal: Vec3<F>, slope: Vec3<F>) -> Vec3<F> {
+    unit_or(normal - (slope - normal * normal.dot(slope)), normal)
+}
+
+/// The normal of a map, encoded as a colour, with x and y scaled, around a normal.
+#[inline(always)]
+fn tilted<F: Float>(encoded: Rgb<F>, scale: F, n: Vec3<F>, basis: &UvBasis<F>) -> Vec3<F> {
+    let (x, y, z) = (encoded.r * 2.0 - 1.0, encoded.g * 2.0 - 1.0, encoded.b * 2.0 - 1.0);
+    let frame = Frame::along(n, basis.along_u);
+    // If uv are mirrored or the normal is reversed, v increases in the opposite direction.
+    let side = F::splat(1.0).copysign(frame.t.dot(basis.along_v));
+    unit_or(frame.to_world(Vec3::new(x * scale, y * scale * side, z)), n)
+}
+
+/// The site at another value of a coordinate: see [`MaterialTable::slope`]. The point moves as well, because noise depends
+/// on it.
 #[inline(always)]
 fn moved<F: Float>(site: Site<F>, axis: usize, to: F, along: Vec3<F>) -> Site<F> {
     let mut uv = site.uv;

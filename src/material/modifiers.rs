@@ -120,6 +120,8 @@ pub struct RowModifiers {
     pub bump_scale: f32,
     /// The distances over which slopes of heights are measured: along u and along v, and in the scene's unit of length.
     pub bump_steps: [f32; 3],
+    /// Whether `normal_map` and `bump_map` depend on the second set of uv.
+    pub second_uv: [bool; 2],
 }
 
 /// No modifiers.
@@ -135,6 +137,7 @@ impl Default for RowModifiers {
             bump_map: NO_TEXTURE,
             bump_scale: 1.0,
             bump_steps: [1.0; 3],
+            second_uv: [false; 2],
         }
     }
 }
@@ -155,6 +158,10 @@ const MAP: u32 = 1;
 const BACK: u32 = 2;
 /// The bit of rows with an opacity.
 const HOLE: u32 = 4;
+/// The bit of rows whose normal map uses the second set of uv.
+const SECOND_NORMALS: u32 = 8;
+/// The bit of rows whose bump map does.
+const SECOND_BUMPS: u32 = 16;
 
 /// The modifiers of all rows, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -188,7 +195,10 @@ impl ModifierColumns {
         let mut all = ModifierColumns::default();
         for (i, row) in (0..).zip(rows) {
             let (map, back, hole) = (row.has_map(), row.back.is_some(), row.has_hole());
-            all.modified.push((u32::from(map) * MAP) | (u32::from(back) * BACK) | (u32::from(hole) * HOLE));
+            let [normals, bumps] = row.second_uv;
+            let bits =
+                [(map, MAP), (back, BACK), (hole, HOLE), (normals, SECOND_NORMALS), (bumps, SECOND_BUMPS)];
+            all.modified.push(bits.into_iter().map(|(has, bit)| u32::from(has) * bit).sum());
             all.opacity.push(row.opacity);
             all.opacity_texture.push(row.opacity_texture);
             all.amount_texture.push(row.amount_texture);
@@ -282,6 +292,18 @@ impl ModifierColumns {
     #[inline(always)]
     pub(super) fn bumps<F: Float>(&self, row: F::Uint) -> (F::Uint, F) {
         (F::Uint::gather(&self.bump_map, row), F::gather(&self.bump_scale, row))
+    }
+
+    /// The lanes whose normal map uses the second set of uv.
+    #[inline(always)]
+    pub(super) fn normals_second<F: Float>(&self, row: F::Uint) -> F::Mask {
+        self.with::<F>(row, SECOND_NORMALS)
+    }
+
+    /// The lanes whose bump map does.
+    #[inline(always)]
+    pub(super) fn bumps_second<F: Float>(&self, row: F::Uint) -> F::Mask {
+        self.with::<F>(row, SECOND_BUMPS)
     }
 
     /// The distances over which the slopes of the heights of rows are measured.

@@ -145,7 +145,7 @@ impl MaterialTable {
 
 /// `a` where the mask is set, `b` elsewhere.
 #[inline(always)]
-fn select2<F: Float>(mask: F::Mask, [a0, a1]: [F; 2], [b0, b1]: [F; 2]) -> [F; 2] {
+pub(super) fn select2<F: Float>(mask: F::Mask, [a0, a1]: [F; 2], [b0, b1]: [F; 2]) -> [F; 2] {
     [F::select(mask, a0, b0), F::select(mask, a1, b1)]
 }
 
@@ -174,7 +174,7 @@ mod tests {
     }
 
     fn walk(table: &MaterialTable, row: u32, uv: [f32; 2], behind: bool, number: f32) -> Walked<f32> {
-        let site = Site { p: Vec3::zero(), uv, footprint: 0.0 };
+        let site = Site::new(Vec3::zero(), uv, 0.0);
         table.walk(Wrapping(row), site, behind, number)
     }
 

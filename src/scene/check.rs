@@ -7,6 +7,7 @@ use super::description::{
 use super::groups;
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, misplaced};
+use super::second_uv::{Lacking, lacking};
 use super::spelling::quote;
 use super::textures::{self, Broken};
 use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
@@ -95,6 +96,12 @@ impl Scene {
         check_lights(&self.lights, &mut problems);
         if problems.is_empty() {
             check_groups(self, &mut problems);
+            for Lacking { first, message } in lacking(self) {
+                problems.push(SceneProblem {
+                    part: Part::Entity(first, self.entities[first].name.clone()),
+                    message,
+                });
+            }
         }
         problems
     }
@@ -369,7 +376,9 @@ fn check_placement(entities: &[Entity], problems: &mut Vec<SceneProblem>) {
 
 fn check_mesh(mesh: &Mesh, found: &mut Findings<'_>) {
     let vertices = mesh.positions.len();
-    for (name, numbers) in [("normals", mesh.normals.len()), ("uv", mesh.uv.len())] {
+    let columns =
+        [("normals", mesh.normals.len()), ("uv", mesh.uv.len()), ("second uv", mesh.second_uv.len())];
+    for (name, numbers) in columns {
         if ![0, vertices].contains(&numbers) {
             return found.add(format!("its mesh has {vertices} vertices and {numbers} {name}"));
         }

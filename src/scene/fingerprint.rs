@@ -325,11 +325,14 @@ impl Digest {
     }
 
     fn mesh(&mut self, mesh: &Mesh) {
-        let Mesh { positions, normals, uv, triangles } = mesh;
+        let Mesh { positions, normals, uv, second_uv, triangles } = mesh;
         self.flat(positions.as_flattened(), |x| (x + 0.0).to_bits());
         self.flat(normals.as_flattened(), |x| (x + 0.0).to_bits());
         self.flat(uv.as_flattened(), |x| (x + 0.0).to_bits());
         self.flat(triangles.as_flattened(), |index| index);
+        if !second_uv.is_empty() {
+            self.flat(second_uv.as_flattened(), |x| (x + 0.0).to_bits());
+        }
     }
 
     /// Millions of words, hashed in pieces.

@@ -15,6 +15,7 @@
 //! | [`names`] | names of materials and textures, and their topological order |
 //! | `open_glass` | warnings about glass that encloses no volume |
 //! | `placement` | the limits of transforms of meshes and groups |
+//! | `second_uv` | the invariant about the second set of uv |
 //! | `spelling` | the nearest spelling of a name |
 //! | `textures` | the invariants about textures |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
@@ -47,6 +48,7 @@ pub mod mesh;
 pub mod names;
 mod open_glass;
 pub(crate) mod placement;
+mod second_uv;
 mod spelling;
 mod textures;
 pub mod toml;

@@ -38,6 +38,16 @@ pub fn costs(textures: &[TextureKind]) -> Vec<Result<Cost, TooDeep>> {
     known.iter().map(checked).collect()
 }
 
+/// Whether each of some textures depends on the second set of uv. Each refers only to textures before it.
+pub fn uses_of_second_uv(textures: &[TextureKind]) -> Vec<bool> {
+    let mut known: Vec<bool> = Vec::with_capacity(textures.len());
+    for texture in textures {
+        let uses = texture.program().uses_second_uv() || texture.textures().any(|named| known[named]);
+        known.push(uses);
+    }
+    known
+}
+
 /// Compiles the used textures of a scene.
 pub struct Compiler<'a> {
     builder: Builder<'a>,

@@ -5,7 +5,7 @@ use super::program::STACK;
 use super::site::Site;
 use super::table::TextureTable;
 use super::{checkerboard, image, mix, noise};
-use crate::math::{Float, Rgb, Uint, Vec3, function};
+use crate::math::{Float, Rgb, Uint, function};
 
 /// The coordinates for instructions: uv, and the area of them that a pixel covers.
 type Coordinates<F> = ([F; 2], F);
@@ -38,7 +38,7 @@ impl TextureTable {
             (first, (site.uv, site.footprint), [Rgb::<F>::black(); D]),
             #[inline(always)]
             |(at, coordinates, stack)| {
-                let (next, coordinates, stack) = self.step(at, coordinates, stack, site.p);
+                let (next, coordinates, stack) = self.step(at, coordinates, stack, &site);
                 ((next, coordinates, stack), next.lt(end))
             },
         );
@@ -52,7 +52,7 @@ impl TextureTable {
         at: F::Uint,
         (uv, footprint): Coordinates<F>,
         stack: [Rgb<F>; D],
-        p: Vec3<F>,
+        site: &Site<F>,
     ) -> (F::Uint, Coordinates<F>, [Rgb<F>; D]) {
         let (all, has) = (&self.instructions, &self.has);
         let op = all.op(at);
@@ -64,7 +64,7 @@ impl TextureTable {
                 active,
                 top,
                 #[inline(always)]
-                || image::look_up(self, at, uv, footprint, active),
+                || image::look_up(self, at, uv, footprint, &site.second, active),
             );
         }
         if has.noise {
@@ -72,7 +72,7 @@ impl TextureTable {
                 op.eq(F::Uint::splat(Op::Noise as u32)),
                 top,
                 #[inline(always)]
-                || mix::mixed(stacked(&stack, 1), stacked(&stack, 0), noise::share(all, at, p)),
+                || mix::mixed(stacked(&stack, 1), stacked(&stack, 0), noise::share(all, at, site.p)),
             );
         }
         if has.check {

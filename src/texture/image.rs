@@ -1,16 +1,17 @@
 //! The image texture.
 
-use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, TILES};
+use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, SECOND_UV, TILES};
 use super::fetch::Texels;
 use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
 use super::picture::Picture;
 use super::program::{Builder, Cost, TextureParameters};
+use super::site::SecondUv;
 use super::slope_step::SlopeStep;
 use super::table::TextureTable;
 use crate::math::{Float, Rgb, Uint, function};
 use crate::parameter::limits::COORDINATE;
-use crate::parameter::{ImageIndex, Number, ParameterKind, Problem, parameters, words};
+use crate::parameter::{ImageIndex, Number, ParameterKind, parameters, words};
 
 words! {
     /// The interpretation of a picture's numbers.
@@ -74,21 +75,10 @@ parameters! {
         uv_offset: [f64; 2] = ParameterKind::Pair(COORDINATE) => "0",
         /// The rotation of uv about (0, 0) in degrees, counter-clockwise.
         uv_rotate: f64 = ParameterKind::Number(Number::between(-1e6, 1e6)) => "0",
-        /// The set of uv; only the first, 0, exists.
-        uv_set: f64 = ParameterKind::Integer(0, 15) => "0",
+        /// The set of uv: 0, or 1 for the second set of meshes, such as glTF's TEXCOORD_1. Checkerboards do not change
+        /// the second set.
+        uv_set: f64 = ParameterKind::Integer(0, 1) => "0",
     }
-    check = has_its_uv;
-}
-
-fn has_its_uv(image: ImageTexture, _warnings: &mut Vec<Problem>) -> Result<ImageTexture, Problem> {
-    if image.uv_set > 0.0 {
-        return Err(Problem {
-            parameter: "uv_set",
-            message: format!("there is no set {} of uv", image.uv_set),
-            help: Some("surfaces have one set of uv, which is 0".into()),
-        });
-    }
-    Ok(image)
 }
 
 /// The distance over which slopes are measured, in texels. It is short, so that slopes are those of bilinear interpolation
@@ -118,6 +108,7 @@ impl TextureParameters for ImageTexture {
         let [wrap_u, wrap_v] = wrap.map(|wrap| wrap as u32);
         let nearest = if self.filter == TexelFilter::Nearest { NEAREST } else { 0 };
         let tiles = if is_tiled { TILES } else { 0 };
+        let second_uv = if self.uses_second_uv() { SECOND_UV } else { 0 };
         let [[a, b], [c, d]] = self.turned();
         let [ou, ov] = self.uv_offset;
         let numbers = [a, b, ou, c, d, ov].map(|x| x as f32);
@@ -127,7 +118,7 @@ impl TextureParameters for ImageTexture {
         builder.push(Instruction {
             link,
             other: if is_tiled { rows } else { 0 },
-            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles | levels,
+            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles | levels | second_uv,
             numbers,
             ..Instruction::new(Op::Image, next)
         })
@@ -142,6 +133,10 @@ impl TextureParameters for ImageTexture {
         let [u, v] = self.turned();
         let uv = [0, 1].map(|i| SLOPE_STEP / libm::hypot(u[i] * width, v[i] * height));
         SlopeStep { uv, ..SlopeStep::NONE }
+    }
+
+    fn uses_second_uv(&self) -> bool {
+        self.uv_set > 0.0
     }
 }
 
@@ -162,16 +157,24 @@ impl ImageTexture {
     }
 }
 
-/// The colour at uv, in the lanes of `active`, if a pixel covers the area `footprint` of uv.
+/// The colour at uv, in the lanes of `active`, if a pixel covers the area `footprint` of uv. Pictures of the second set of
+/// uv have those of `second`.
 #[inline(always)]
 pub(super) fn look_up<F: Float>(
     table: &TextureTable,
     at: F::Uint,
-    [u, v]: [F; 2],
-    footprint: F,
+    [mut u, mut v]: [F; 2],
+    mut footprint: F,
+    second: &SecondUv<F>,
     active: F::Mask,
 ) -> Rgb<F> {
     let (all, rows): (&Instructions, &PictureRows) = (&table.instructions, &table.rows);
+    if table.has_second_uv {
+        let bit = F::Uint::splat(SECOND_UV);
+        let is_second = (all.flags(at) & bit).eq(bit);
+        (u, v) = (F::select(is_second, second.uv[0], u), F::select(is_second, second.uv[1], v));
+        footprint = F::select(is_second, second.footprint, footprint);
+    }
     let number = [
         all.number::<F>(0, at),
         all.number(1, at),

@@ -46,7 +46,7 @@ mod slope_step;
 mod table;
 
 pub use columns::{COLOURED, SRGB};
-pub use compile::{Compiler, TooDeep, costs};
+pub use compile::{Compiler, TooDeep, costs, uses_of_second_uv};
 pub use decode::{decode, read};
 pub use fault::{EXTENSIONS, MOST_BYTES, MOST_BYTES_IN_ALL, PictureError};
 pub use files::{FilesError, ImageFile, Tile, UDIM, read_files};
@@ -54,7 +54,7 @@ pub use image::{ColorSpace, TexelFilter, Wrap};
 pub use list::*;
 pub use picture::{Depth, Picture};
 pub use program::{Cost, MOST_INSTRUCTIONS, STACK};
-pub use site::Site;
+pub use site::{SecondUv, Site};
 pub use slope_step::SlopeStep;
 pub use table::{NO_TEXTURE, TextureTable};
 #[cfg(test)]

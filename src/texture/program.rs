@@ -62,6 +62,11 @@ pub(crate) trait TextureParameters {
         let _ = images;
         named
     }
+
+    /// Whether it looks up the second set of uv, apart from the textures that it names.
+    fn uses_second_uv(&self) -> bool {
+        false
+    }
 }
 
 /// Programs under construction. An instruction precedes those that lead to it.

@@ -1,6 +1,6 @@
 //! The table of a scene's textures.
 
-use super::columns::{COLOURED, Instructions, MIPMAP, PictureRows, SRGB, TILES};
+use super::columns::{COLOURED, Instructions, MIPMAP, PictureRows, SECOND_UV, SRGB, TILES};
 use super::instruction::{END, Op};
 use super::picture::{Depth, Picture};
 use crate::math::{ColumnReader, colour};
@@ -19,6 +19,8 @@ pub struct TextureTable {
     pub(super) has_tiles: bool,
     /// Whether coarser levels of any of its images may be used.
     pub(super) has_mipmaps: bool,
+    /// Whether any of its images uses the second set of uv.
+    pub(super) has_second_uv: bool,
     /// Linear values of encoded ones, for pictures of these depths.
     pub(super) srgb_8: Vec<f32>,
     pub(super) srgb_16: Vec<f32>,
@@ -87,7 +89,7 @@ impl TextureTable {
             restore: instructions.has(Op::Restore),
         };
         let any = |bit: u32| instructions.flags_of(Op::Image).any(|flags| flags & bit != 0);
-        let (has_tiles, has_mipmaps) = (any(TILES), any(MIPMAP));
+        let (has_tiles, has_mipmaps, has_second_uv) = (any(TILES), any(MIPMAP), any(SECOND_UV));
         let has_floats = rows.forms().iter().any(|&form| Floats::of(form).is_some());
         TextureTable {
             instructions,
@@ -95,6 +97,7 @@ impl TextureTable {
             pictures,
             has_tiles,
             has_mipmaps,
+            has_second_uv,
             srgb_8,
             srgb_16,
             has_floats,
@@ -107,6 +110,12 @@ impl TextureTable {
     #[inline(always)]
     pub fn has_mipmaps(&self) -> bool {
         self.has_mipmaps
+    }
+
+    /// Whether values depend on [`Site::second`](super::Site::second).
+    #[inline(always)]
+    pub fn has_second_uv(&self) -> bool {
+        self.has_second_uv
     }
 
     /// The pictures, in the order in which their rows count words.

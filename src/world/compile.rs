@@ -7,13 +7,13 @@ use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
 use super::surface_list::Surfaces;
 use super::surfaces::SurfaceTable;
-use super::{AcceleratorChoice, Instances, Simple, World};
+use super::{AcceleratorChoice, Instances, Simple, Triangles, World};
 use crate::camera::Camera;
 use crate::light::{Environment, EnvironmentMapParameters, LightTable, NO_LIGHT};
 use crate::material::{Binding, MaterialKind, MaterialTable, ParameterSlot, RowModifiers};
 use crate::math::narrow;
 use crate::scene::{self, Material, Modifiers, Scene};
-use crate::texture::{Compiler, NO_TEXTURE, SlopeStep};
+use crate::texture::{Compiler, NO_TEXTURE, SlopeStep, uses_of_second_uv};
 use std::sync::Arc;
 
 /// The tables that paths look up. They do not depend on the accelerator.
@@ -62,7 +62,8 @@ pub fn compile_sharing(
     let places = GroupPlacements::of(scene);
     Size::sharing(scene, &shared_meshes, &shared, &places).check()?;
     let Textures { materials, emitted, environment_map } = textures(scene);
-    let mut made = Surfaces::default();
+    let triangles = Triangles::keeping(materials.textures().has_second_uv());
+    let mut made = Surfaces { triangles, ..Surfaces::default() };
     made.lights.set_textures(Arc::clone(materials.textures()));
     if let Some(around) = environment_map {
         made.lights.push_environment_map(&around);
@@ -152,6 +153,7 @@ fn bump_steps(step: SlopeStep) -> [f32; 3] {
 fn textures(scene: &Scene) -> Textures {
     let mut kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
     kinds.extend(scene.environment_picture.map(|picture| picture.texture().into()));
+    let uses_second_uv = uses_of_second_uv(&kinds);
     let mut compiler = Compiler::new(&kinds, &scene.images);
     let emitted = scene.entities.iter().map(|entity| entity.emission_texture);
     let emitted =
@@ -185,8 +187,13 @@ fn textures(scene: &Scene) -> Textures {
             };
             if let Some(texture) = alone {
                 *texture = compiler.root(textured.texture);
-                if textured.parameter == "bump_map" {
-                    own.bump_steps = bump_steps(compiler.slope_step(textured.texture));
+                match textured.parameter {
+                    "normal_map" => own.second_uv[0] = uses_second_uv[textured.texture],
+                    "bump_map" => {
+                        own.second_uv[1] = uses_second_uv[textured.texture];
+                        own.bump_steps = bump_steps(compiler.slope_step(textured.texture));
+                    }
+                    _ => {}
                 }
             } else if let Some(slot) = ParameterSlot::of(&kinds[row], textured.parameter) {
                 // Parameters that cannot be textures are rejected when a scene is checked.

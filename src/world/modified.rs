@@ -81,7 +81,8 @@ impl CompiledScene {
         if self.materials.textures().has_mipmaps() {
             footprint = self.footprint(point, instance);
         }
-        let site = Site { p: point.p, uv, footprint };
+        let second = self.second_uv(&point, instance);
+        let site = Site { p: point.p, uv, footprint, second };
         let behind = ray_d.dot(point.n).gt(F::zero());
         let walked = self.materials.walk(material, site, behind, number);
         let mut shading = point.shading;
@@ -92,7 +93,12 @@ impl CompiledScene {
                 #[inline(always)]
                 || {
                     let basis = self.surfaces.uv_basis(&point, instance);
-                    let mapped = self.materials.mapped(&walked, site, point.shading, &basis);
+                    let mapped = if self.materials.textures().has_second_uv() {
+                        let second = self.surfaces.second_uv_basis(&point, instance);
+                        self.materials.mapped_in_sets(&walked, site, point.shading, [&basis, &second])
+                    } else {
+                        self.materials.mapped(&walked, site, point.shading, &basis)
+                    };
                     bent_mapped(mapped, point.n, -ray_d)
                 },
             );

@@ -126,7 +126,7 @@ fn slopes_of_noise_do_not_depend_on_its_scale() {
         let table = compiler.finish();
         // The middle of the view is at (3, 0, 0), where noise is zero if the scale is whole.
         let at = |p: [f64; 3]| {
-            let site = Site { p: Vec3::splat(p.map(|x| x as f32)), uv: [0.0; 2], footprint: 0.0 };
+            let site = Site::new(Vec3::splat(p.map(|x| x as f32)), [0.0; 2], 0.0);
             f64::from(table.value::<f32>(Wrapping(root), site).r)
         };
         let h = 0.01 / scale;

@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod heights;
+mod second_uv;
 
 use common::for_each_sample;
 use common::scenes::{emitting, flipped, matte, mirror, plane, point_light, quad, scene, sphere, v};

@@ -316,7 +316,9 @@ shared! {
         normal: [f32; 3],
         u: f32,
         v: f32,
-        _end: [u32; 3],
+        second_u: f32,
+        second_v: f32,
+        _end: u32,
     }
 
     /// A pending branch of `whitted`.

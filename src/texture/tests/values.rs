@@ -79,7 +79,7 @@ impl Kernel for LookUp<'_> {
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> Vec<[u32; 3]> {
         let uv = [F::load(&self.uv[0]), F::load(&self.uv[1])];
-        let site = Site { p: Vec3::zero(), uv, footprint: F::zero() };
+        let site = Site::new(Vec3::zero(), uv, F::zero());
         let Rgb { r, g, b } = self.table.value::<F>(F::Uint::load(&self.textures), site);
         let mut channels = [[0.0; MAX_LANES]; 3];
         r.store(&mut channels[0]);

@@ -123,7 +123,7 @@ fn mesh(bytes: &[u8], version: u16) -> Result<Mesh, String> {
     let corner =
         |bytes: &[u8], i: usize| u32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
     let triangles = corners.chunks_exact(12).map(|row| [0, 4, 8].map(|i| corner(row, i))).collect();
-    let mesh = Mesh { positions, normals, uv, triangles };
+    let mesh = Mesh { positions, normals, uv, triangles, ..Mesh::default() };
     mesh.check().map_err(|error| error.to_string())?;
     if !mesh.has_area() {
         return Err("all of its triangles are without area: there is nothing to see".into());

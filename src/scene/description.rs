@@ -64,7 +64,7 @@ impl Scene {
     /// Whether the scene contains any light.
     pub fn has_light(&self) -> bool {
         let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
-        self.entities.iter().any(|entity| shines(&entity.emission) || entity.emission_texture.is_some())
+        self.entities.iter().any(Entity::emits)
             || self.lights.iter().any(|light| {
                 light.values().iter().any(|value| matches!(value, Value::Colour(colour) if shines(colour)))
             })
@@ -141,13 +141,19 @@ pub struct Entity {
     pub material: usize,
     /// Radiance emitted on the outward side, W·m⁻²·sr⁻¹.
     pub emission: Colour,
-    /// The texture of the emission, which replaces `emission`. Quads and boxes are sampled in proportion to it; paths
-    /// find the emission of other shapes by chance.
+    /// The texture of the emission, which replaces `emission`.
     pub emission_texture: Option<usize>,
     /// Whether the outward side and the inward side are swapped.
     pub flip_normal: bool,
     /// Index of the group that contains it and in whose space it is; `None` in the world.
     pub within: Option<usize>,
+}
+
+impl Entity {
+    /// Whether it emits.
+    pub fn emits(&self) -> bool {
+        self.emission.iter().any(|&channel| channel > 0.0) || self.emission_texture.is_some()
+    }
 }
 
 /// A sphere of radius 1 at the origin, with the first material and without emission.

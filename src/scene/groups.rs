@@ -95,15 +95,13 @@ impl Scene {
         places.iter().for_each(|place| of_group[place.group].push(&place.transform));
         let is_written_out = |entity: &Entity| {
             let Some(group) = entity.within else { return false };
-            let is_textured = entity.emission_texture.is_some();
-            let shines = entity.emission.iter().any(|&channel| channel > 0.0) && !is_textured;
+            let emits = entity.emits();
             match &entity.shape {
-                Shape::Mesh { .. } => shines,
-                Shape::Quad(_) | Shape::Box(_) => shines || is_textured,
+                Shape::Mesh { .. } | Shape::Quad(_) | Shape::Box(_) => emits,
                 shape => {
-                    let keeps_uv = self.looks_at_uv(entity.material);
+                    let keeps_uv = self.looks_at_uv(entity.material) || entity.emission_texture.is_some();
                     let mut transforms = of_group[group].iter();
-                    shines && transforms.all(|transform| transformed(shape, transform, keeps_uv).is_some())
+                    emits && transforms.all(|transform| transformed(shape, transform, keeps_uv).is_some())
                 }
             }
         };

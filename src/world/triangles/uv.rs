@@ -1,6 +1,7 @@
 //! The uv of triangles.
 
 use super::{Corners, Triangles, is_shared};
+use crate::light::UvTriangle;
 use crate::math::{Float, Uint, Vec3};
 use crate::world::instances::Instances;
 
@@ -17,6 +18,19 @@ pub(in crate::world) enum UvSet {
 }
 
 impl Triangles {
+    /// A triangle with its uv.
+    pub(in crate::world) fn with_uv(&self, triangle: usize) -> UvTriangle {
+        let vertices = self.corners.each_ref().map(|column| column[triangle] as usize);
+        let of = |set: &[Vec<f32>; 2]| {
+            [0, 1, 2].map(|corner| {
+                let value = |axis: usize| set[axis].get(vertices[corner]).copied().unwrap_or(0.0);
+                let [u, v] = [value(0), value(1)];
+                [if u.is_nan() { NO_U[corner] } else { u }, if v.is_nan() { NO_V[corner] } else { v }]
+            })
+        };
+        UvTriangle { corners: self.positions_of(triangle), uv: of(&self.uv), second_uv: of(&self.second_uv) }
+    }
+
     /// The columns of a set of uv.
     #[inline(always)]
     fn set(&self, set: UvSet) -> &[Vec<f32>; 2] {

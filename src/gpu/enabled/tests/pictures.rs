@@ -3,7 +3,7 @@
 //! The tests are those for integrators, at the level stated in `tests/common/tiles.rs`, once for all comparisons of a
 //! test. As seeds are fixed, results are reproducible on one device.
 
-use super::gallery::{gallery, groups, interiors, modified, sunny};
+use super::gallery::{gallery, glow, groups, interiors, modified, sunny};
 use super::tiles::{Replicates, Verdict, welch};
 use super::{Device, DispatchLimits, GpuWorker, Prepared, Program, carry_out, device, scenes};
 
@@ -188,6 +188,11 @@ fn overlapping_dielectrics_agree() {
 #[test]
 fn mixes_holes_and_maps_agree() {
     hold_one("modified", modified(48, 32), &[Integrator::Path, Integrator::Whitted], 6);
+}
+
+#[test]
+fn textured_lights_and_second_uv_agree() {
+    hold_one("glow", glow(48, 32), &[Integrator::Path, Integrator::Whitted], 6);
 }
 
 #[test]

@@ -12,6 +12,7 @@
 //! | `images` | the image files of a scene |
 //! | `interfaces` | the invariant about overlapping dielectrics |
 //! | [`mesh`] | the readers of mesh files |
+//! | `mixed_media` | warnings about surfaces that bound several media |
 //! | [`names`] | names of materials and textures, and their topological order |
 //! | `open_glass` | warnings about glass that encloses no volume |
 //! | `placement` | the limits of transforms of meshes and groups |
@@ -45,6 +46,7 @@ pub mod groups;
 mod images;
 mod interfaces;
 pub mod mesh;
+mod mixed_media;
 pub mod names;
 mod open_glass;
 pub(crate) mod placement;

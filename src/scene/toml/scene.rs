@@ -12,6 +12,7 @@ use super::textures::{self, TextureNames};
 use super::{camera, film, light, render};
 use crate::scene::check::SceneProblem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
+use crate::scene::mixed_media::mixed_media;
 use crate::scene::open_glass::{Warning, open_glass};
 use crate::scene::second_uv::{self, Lacking, lacking};
 use crate::scene::spelling::quote;
@@ -166,7 +167,8 @@ fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Sce
     let scene = scene.checked().map_err(|problems| complain(&problems, diagnostics))?;
     warn_of_darkness(&scene, diagnostics);
     groups::warn_of_chance(&scene, &places, diagnostics);
-    for Warning { first, message, help } in open_glass(&scene, quote) {
+    let warnings = open_glass(&scene, quote).into_iter().chain(mixed_media(&scene, quote));
+    for Warning { first, message, help } in warnings {
         diagnostics.warn(Some(places[first]), message, help);
     }
     Ok(scene)

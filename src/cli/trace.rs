@@ -50,7 +50,8 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     }
     let (compiled, surfaces) = world::compile(&scene, width, height)?;
     let (world, offset) = (World::new(&surfaces, AcceleratorChoice::Fastest), film_offset(&scene.film));
-    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world));
+    let compiled = Arc::new(compiled.with_camera_media(&world));
+    let integrator = integrator::build(&scene.render, offset, compiled, Arc::new(world));
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(
         "pixel {x},{y} (index {}) sample {}: film position {} {}\n",

@@ -7,7 +7,7 @@ use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
 use super::surface_list::Surfaces;
 use super::surfaces::SurfaceTable;
-use super::{AcceleratorChoice, Instances, Simple, Triangles, World};
+use super::{Instances, Simple, Triangles, World};
 use crate::camera::Camera;
 use crate::light::{Environment, EnvironmentMapParameters, LightTable, NO_LIGHT};
 use crate::material::{Binding, MaterialKind, MaterialTable, ParameterSlot, RowModifiers};
@@ -42,7 +42,9 @@ impl CompiledScene {
     }
 }
 
-/// Compiles a scene for a film of `width` × `height` pixels. Returns its tables, and the surfaces that rays can hit.
+/// Compiles a scene for a film of `width` × `height` pixels. Returns its tables, and the surfaces that rays can hit. The
+/// camera is outside all dielectrics until [`CompiledScene::with_camera_media`] has looked for it in the [`World`] of
+/// these surfaces.
 ///
 /// # Errors
 ///
@@ -127,10 +129,7 @@ pub fn compile_sharing(
         ambient: narrow(scene.render.ambient),
         inside: [0; 2],
     };
-    if compiled.materials.media().is_none() {
-        return Ok((compiled, all));
-    }
-    Ok((compiled.with_camera_media(&World::new(&all, AcceleratorChoice::Simple)), all))
+    Ok((compiled, all))
 }
 
 /// The textures of a scene and their uses.

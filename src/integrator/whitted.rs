@@ -4,7 +4,7 @@ use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::holes::seen_through;
 use super::interiors::{self, Around};
-use super::observe::{Event, Observer, ray_event, rgb, vec3};
+use super::observe::{Event, Observer, Passage, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
 use super::vertex::{State, TraceContext, resolve_hit};
 use crate::camera::Camera;
@@ -150,6 +150,8 @@ impl Whitted {
         let mut l = emitted;
         if lit.is_none || lit.is_hole {
             let beyond = lit.pass_on(&ray);
+            let through = if lit.is_hole { Passage::Hole } else { Passage::NoInterface };
+            observer.event::<f32>(|| Event::Pass { through });
             *holes = beyond.around.holes.0;
             if beyond.passes {
                 stack.push((beyond.ray, beta, depth, beyond.around));

@@ -10,10 +10,10 @@ use common::scenes::{emitting, flipped, matte, mirror, plane, point_light, quad,
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use stride::integrator::Paths;
+use stride::integrator::{Event, Passage, Paths};
 use stride::math::lanes::Level;
-use stride::parameter::{ImageIndex, Varying};
-use stride::sampling::Region;
+use stride::parameter::Varying;
+use stride::sampling::{Pixel, Region};
 use stride::scene::{
     ConstantTexture, DirectionalLightParameters, Entity, Integrator, Material, Mesh, MixParameters,
     Modifiers, Named, Sampler, Scene, Shape, Texture, TextureKind, Textured,
@@ -151,6 +151,24 @@ fn paths_continue_straight_through_holes() {
     assert!((off - 1.0).abs() > 5.0 * error, "{off} ± {error}");
 }
 
+#[test]
+fn the_trace_of_a_path_tells_of_holes() {
+    for integrator in INTEGRATORS {
+        // (opacity, sheets that are passed, entity that is hit last)
+        for (opacity, passed, last) in [(0.0, 3, 3), (1.0, 0, 0)] {
+            let mut scene = sheets(opacity, 3);
+            scene.render.integrator = integrator;
+            let (_, events) = common::integrator(&scene).explain(Pixel { index: 0, x: 0, y: 0 }, 0);
+            let of_holes = events.iter().filter(|event| **event == Event::Pass { through: Passage::Hole });
+            assert_eq!(of_holes.count(), passed, "{integrator:?}: {events:?}");
+            let hits = events.iter().filter_map(|event| match event {
+                Event::Hit { entity, .. } => Some(*entity),
+                _ => None,
+            });
+            let hits: Vec<u32> = hits.collect();
+            assert_eq!((hits.len(), hits.last()), (passed + 1, Some(&last)), "{integrator:?}: {events:?}");
+        }
+    }
 }
 
 #[test]

@@ -23,6 +23,9 @@ use std::sync::Arc;
 /// Each matte hit samples every light once, area lights at a random point. A mesh that emits is one light if it has
 /// many triangles (see [`crate::light::LEAST_TRIANGLES`]), and otherwise one light per triangle. At glass both branches
 /// are followed. Emitters of infinite area are visible but illuminate no surface.
+///
+/// All branches of a sample together pass through at most 1024 holes, because their count also distinguishes the random
+/// numbers of the branches. Behind them, surfaces are opaque.
 pub struct Whitted {
     /// The scene's tables.
     pub scene: Arc<CompiledScene>,

@@ -20,6 +20,9 @@ const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 /// The index of a dielectric's index of refraction among the numbers of its row.
 pub(super) const IOR: usize = 3;
 
+/// The number of the first further numbers of metals that are indices of refraction and extinction coefficients.
+pub(super) const METAL_INDICES: usize = 6;
+
 /// The medium inside a dielectric, except for its index of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {

@@ -10,6 +10,10 @@ use glam::{DAffine3, DVec3};
 /// The maximum number of instances of groups, including those within groups; each takes 300 bytes.
 pub const MOST_PLACES: u64 = 1 << 24;
 
+/// The maximum number of lights in instances of groups. Every triangle or piece of an entity that emits is a light of its
+/// own in each instance, because lights are chosen one by one; each takes 600 bytes.
+pub const MOST_COPIED_LIGHTS: u64 = 1 << 23;
+
 /// An instance of a group in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupPlace {
@@ -162,8 +166,8 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     if let Some(group) = too_deep {
         return vec![Broken::Group(group, format!("it is nested more than {MAX_NESTING} levels deep"))];
     }
-    let mut places = 0_u64;
-    for (group, count) in scene.place_counts().into_iter().enumerate() {
+    let (mut places, counts) = (0_u64, scene.place_counts());
+    for (group, &count) in counts.iter().enumerate() {
         places = places.saturating_add(count);
         if places > MOST_PLACES {
             let message = format!(
@@ -172,7 +176,29 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
             return vec![Broken::Group(group, message)];
         }
     }
-    broken_places(scene)
+    too_many_lights(scene, &counts).map_or_else(|| broken_places(scene), |broken| vec![broken])
+}
+
+/// The entity with which there are too many lights in instances of groups, given the number of instances of each group.
+fn too_many_lights(scene: &Scene, counts: &[u64]) -> Option<Broken> {
+    let mut lights = 0_u64;
+    for (i, entity) in scene.entities.iter().enumerate() {
+        let Some(group) = entity.within.filter(|_| entity.emits()) else { continue };
+        let own = match &entity.shape {
+            Shape::Mesh { mesh, .. } => mesh.triangles.len(),
+            shape => shape.pieces().len(),
+        };
+        lights = lights.saturating_add(counts[group].saturating_mul(own as u64));
+        if lights > MOST_COPIED_LIGHTS {
+            let message = format!(
+                "it emits with {own} triangles or surfaces in each of {} instances: with it there are more than \
+                 {MOST_COPIED_LIGHTS} lights in groups; use fewer instances, or let a coarser mesh or a sphere emit",
+                counts[group]
+            );
+            return Some(Broken::Entity(i, message));
+        }
+    }
+    None
 }
 
 /// The reason why a plane cannot be in a group.

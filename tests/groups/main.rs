@@ -403,8 +403,25 @@ fn invalid_groups_are_reported() {
         }
         s.add_instance("all", 9, DAffine3::IDENTITY);
     };
+    // 128³ instances of a box make six times as many lights, but are no more instances than there may be.
+    let bright = |s: &mut Scene| {
+        let ball = s.add_group("lamp");
+        let corner = DVec3::splat(0.1);
+        let lamp = cuboid(DVec3::ZERO, corner, 0);
+        s.entities.push(Entity { within: Some(ball), ..emitting(lamp, 1.0) });
+        for group in ball..ball + 3 {
+            s.add_group("g");
+            let held = Instance { group, within: Some(group + 1), ..Instance::default() };
+            s.instances.extend(std::iter::repeat_n(held, 128));
+        }
+        s.add_instance("all", ball + 3, DAffine3::IDENTITY);
+    };
     type Change = fn(&mut Scene);
-    let cases: [(Change, &str); 9] = [
+    let cases: [(Change, &str); 10] = [
+        (
+            bright,
+            "it emits with 6 triangles or surfaces in each of 2097152 instances: with it there are more than 8388608 lights in groups",
+        ),
         (|s| s.entities[1].within = Some(7), "entity 2 (\"entity\"): there is no group 8, only 1"),
         (
             |s| s.entities[1].shape = plane(DVec3::Z, 0.0, 0).shape,

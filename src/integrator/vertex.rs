@@ -123,7 +123,7 @@ pub(super) fn with_material<F: Float>(
         );
     }
     let [mix, hole] = numbers;
-    let (at, opacity) = scene.modified(at, state.ray.d, met, mix);
+    let (at, opacity) = scene.modified(at, state.ray.d, met, met, mix);
     if !scene.materials.has_holes() {
         return (at, none);
     }

@@ -73,7 +73,7 @@ impl MaterialTable {
     #[inline(always)]
     pub fn walk<F: Float>(&self, row: F::Uint, site: Site<F>, behind: F::Mask, number: F) -> Walked<F> {
         let one = F::splat(1.0);
-        let mut walked = Walked {
+        let start = Walked {
             material: row,
             uv: site.uv,
             scale: [one; 2],
@@ -84,10 +84,19 @@ impl MaterialTable {
             map_uv: site.uv,
             map_scale: [one; 2],
         };
-        for _ in 0..=self.nesting {
-            walked = self.step(walked, site, behind);
+        if self.nesting == 0 {
+            return self.step(start, site, behind);
         }
-        walked
+        // A loop, not its steps in a row: each step evaluates textures, and GPUs' compilers inline everything.
+        F::repeat(
+            F::Mask::splat(true),
+            start,
+            #[inline(always)]
+            |walked| {
+                let next = self.step(walked, site, behind);
+                (next, next.is_new)
+            },
+        )
     }
 
     /// The effect of a row on a walk, and the next row; a leaf without a back side is the end.

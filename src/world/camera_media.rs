@@ -27,7 +27,7 @@ impl CompiledScene {
             let mut at = self.interaction(&ray, &hit, true, Uv::IfTextured);
             let mut opacity = 1.0;
             if self.materials.is_walked() {
-                (at, opacity) = self.modified(at, ray.d, true, HALF);
+                (at, opacity) = self.modified(at, ray.d, true, false, HALF);
             }
             if opacity < HALF {
                 // The ray passes through a hole.

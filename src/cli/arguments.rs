@@ -1,7 +1,7 @@
 //! Arguments that several commands share, and their parsers.
 
 use super::failure::Failure;
-use super::reading::ReadingArguments;
+use super::reading::{ReadingArguments, scene_file};
 use crate::api::check_film;
 use crate::scene::{
     self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, Loaded, MOST_BOUNCES, Sampler, Scene,
@@ -19,7 +19,7 @@ pub(super) fn named<C: Choice>(about: &str) -> String {
 /// The scene file, and changes to the scene.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SceneArguments {
-    /// Scene file (TOML, or Mitsuba's XML)
+    #[arg(help = scene_file())]
     pub scene: PathBuf,
     #[command(flatten)]
     pub reading: ReadingArguments,

@@ -3,13 +3,13 @@
 use super::arguments::shown;
 use super::failure::Failure;
 use super::print::print;
-use super::reading::ReadingArguments;
+use super::reading::{ReadingArguments, scene_file};
 use crate::world::Size;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct CheckArguments {
-    /// Scene file (TOML, or Mitsuba's XML)
+    #[arg(help = scene_file())]
     scene: PathBuf,
     #[command(flatten)]
     reading: ReadingArguments,

@@ -1,7 +1,8 @@
 //! What readers of scene files may be told on the command line.
 
-use super::failure::Failure;
+use super::failure::{Failure, usage};
 use super::loading::Loading;
+use crate::scene::formats::{Format, unsuitable};
 use crate::scene::{self, LoadOptions, Loaded};
 use std::path::Path;
 
@@ -39,13 +40,16 @@ impl ReadingArguments {
             strict: self.strict,
             allow_outside: self.allow_outside,
         };
+        if let Some(errors) = unsuitable(path, &options) {
+            return Err(usage(errors));
+        }
         Ok(scene::load_with(path, &options, &mut Loading::stderr(quiet).watch())?)
     }
 }
 
-/// Whether the extension of a file's name is that of a scene file.
-pub(super) fn is_scene(extension: &str) -> bool {
-    ["toml", "xml"].contains(&extension)
+/// The help text of a scene file.
+pub(super) fn scene_file() -> String {
+    format!("Scene file ({})", Format::names())
 }
 
 #[cfg(test)]

@@ -3,10 +3,12 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `options` | what a reader may be told |
+//! | `lookup` | files that are not there |
 //! | [`mitsuba`] | the reader of Mitsuba's scene files, `.xml` |
 //!
-//! The reader of this program's own format, TOML, is [`crate::scene::toml`]. A reader is one folder and a line in `READERS`.
+//! The reader of this program's own format, TOML, is [`crate::scene::toml`]. A reader is one folder and a line in `FORMATS`.
 
+mod lookup;
 pub mod mitsuba;
 mod options;
 
@@ -18,14 +20,63 @@ use super::mesh::cache::Watch;
 use super::toml::{self, Loaded};
 use std::path::Path;
 
-/// A reader: the extensions of its files, and what reads one.
-struct Reader {
-    extensions: &'static [&'static str],
+/// A format of scene files.
+#[derive(Debug)]
+pub struct Format {
+    /// The name in messages.
+    pub name: &'static str,
+    /// The extension of its files, in lower case and without a point.
+    pub extension: &'static str,
+    /// Whether its files have variables, and cameras to choose from.
+    has_choices: bool,
     read: fn(&Path, &LoadOptions, Watch<'_>) -> Result<Loaded, SceneErrors>,
 }
 
-/// All readers but that of TOML, which reads what has no other reader.
-static READERS: &[Reader] = &[Reader { extensions: &["xml"], read: mitsuba::load }];
+/// All formats. The first one is that of files with any other extension.
+#[rustfmt::skip]
+static FORMATS: [Format; 2] = [
+    Format { name: "TOML", extension: "toml", has_choices: false, read: |path, _, watch| toml::load_watched(path, watch) },
+    Format { name: "Mitsuba's XML", extension: "xml", has_choices: true, read: mitsuba::load },
+];
+
+impl Format {
+    /// All formats, that of this program first.
+    pub fn all() -> &'static [Format] {
+        &FORMATS
+    }
+
+    /// The format of files with the extension of this path, in any case; `None` if it is not that of a scene file.
+    pub fn of(path: &Path) -> Option<&'static Format> {
+        let extension = path.extension()?.to_str()?;
+        FORMATS.iter().find(|format| format.extension.eq_ignore_ascii_case(extension))
+    }
+
+    /// The names of all formats, as a message lists them.
+    pub fn names() -> String {
+        FORMATS.each_ref().map(|format| format.name).join(", or ")
+    }
+
+    /// The extensions of all formats, each with its point.
+    pub fn extensions() -> Vec<String> {
+        FORMATS.iter().map(|format| format!(".{}", format.extension)).collect()
+    }
+}
+
+/// The error of options that files of the format of `path` have no use for, if some are given.
+pub fn unsuitable(path: &Path, options: &LoadOptions) -> Option<SceneErrors> {
+    let format = Format::of(path).unwrap_or(&FORMATS[0]);
+    if format.has_choices {
+        return None;
+    }
+    let error = |message: String, help: String| Some(SceneErrors::one(path, None, message, Some(help)));
+    if let Some((name, _)) = options.defines.first() {
+        let message = format!("a scene file in {} has no variables", format.name);
+        return error(message, format!("leave out -D {name}, and change the value in the file"));
+    }
+    let camera = options.camera.as_ref()?;
+    let message = format!("a scene file in {} has one camera", format.name);
+    error(message, format!("leave out --camera {camera}"))
+}
 
 /// Reads the scene file at `path`.
 pub fn load(path: &Path) -> Result<Loaded, SceneErrors> {
@@ -39,26 +90,49 @@ pub fn load_watched(path: &Path, watch: Watch<'_>) -> Result<Loaded, SceneErrors
 
 /// The same for a reader that is told something.
 pub fn load_with(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-    let fits = |reader: &&Reader| reader.extensions.iter().any(|known| known.eq_ignore_ascii_case(extension));
-    match READERS.iter().find(fits) {
-        Some(reader) => (reader.read)(path, options, watch),
-        None => {
-            let refuse = |message: &str| Err(SceneErrors::one(path, None, message.into(), None));
-            if let Some((name, _)) = options.defines.first() {
-                return refuse(&format!("a scene file in TOML has no variables, and {name:?} is given"));
-            }
-            if let Some(camera) = &options.camera {
-                return refuse(&format!("a scene file in TOML has one camera, and {camera:?} is asked for"));
-            }
-            toml::load_watched(path, watch)
-        }
+    if let Some(errors) = unsuitable(path, options) {
+        return Err(errors);
     }
+    lookup::present(path)?;
+    (Format::of(path).unwrap_or(&FORMATS[0]).read)(path, options, watch)
 }
 
 impl Scene {
     /// Reads a scene file. [`load()`] tells besides what is legal but surely unmeant, and which files its meshes come from.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneErrors> {
         load(path.as_ref()).map(|loaded| loaded.scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_found_by_extensions_in_any_case() {
+        for format in Format::all() {
+            let upper = format!("a.{}", format.extension.to_uppercase());
+            assert_eq!(Format::of(upper.as_ref()).map(|format| format.name), Some(format.name));
+        }
+        assert!(Format::of("toml".as_ref()).is_none() && Format::of("a.png".as_ref()).is_none());
+        assert_eq!(Format::names(), "TOML, or Mitsuba's XML");
+        assert_eq!(Format::extensions(), [".toml", ".xml"]);
+    }
+
+    #[test]
+    fn options_are_unsuitable_for_files_without_choices() {
+        let defines = vec![("spp".to_owned(), "3".to_owned())];
+        let variable = LoadOptions { defines, ..LoadOptions::default() };
+        let camera = LoadOptions { camera: Some("front".into()), ..LoadOptions::default() };
+        for path in ["a.toml", "a", "a.txt"] {
+            let message = |options| unsuitable(path.as_ref(), options).map(|errors| errors.to_string());
+            let told =
+                "a scene file in TOML has no variables; leave out -D spp, and change the value in the file";
+            assert_eq!(message(&variable), Some(format!("{path}: {told}")));
+            let told = "a scene file in TOML has one camera; leave out --camera front";
+            assert_eq!(message(&camera), Some(format!("{path}: {told}")));
+            assert_eq!(message(&LoadOptions::default()), None);
+        }
+        assert!(unsuitable("a.XML".as_ref(), &variable).is_none());
     }
 }

@@ -113,11 +113,19 @@ fn what_is_no_toml_is_not_written_and_toml_has_no_variables() {
         (["-D", "spp=3"], "has no variables; leave out -D spp, and change the value in the file"),
         (["--camera", "front"], "has one camera; leave out --camera front"),
     ] {
-        for command in ["check", "info", "trace", "render", "bench"] {
-            let output = stride(folder.path(), &[&[command, "b.toml"][..], &more].concat());
-            assert_eq!(output.status.code(), Some(2), "{command}");
+        let commands: [&[&str]; 6] = [
+            &["check"],
+            &["info"],
+            &["trace", "--pixel", "0,0"],
+            &["render", "--headless"],
+            &["bench", "noise"],
+            &["convert", "-o", "c.toml"],
+        ];
+        for command in commands {
+            let output = stride(folder.path(), &[command, &["b.toml"], &more].concat());
+            assert_eq!(output.status.code(), Some(2), "{command:?}");
             let told = format!("b.toml: a scene file in TOML {message}");
-            assert!(String::from_utf8_lossy(&output.stderr).contains(&told), "{command}: {output:?}");
+            assert!(String::from_utf8_lossy(&output.stderr).contains(&told), "{command:?}: {output:?}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The readers, what is given to them, and what makes a spoiled file whole enough that it gets past a checksum.
 
-use crate::pictures;
+use crate::{memory, pictures};
 use data_encoding::BASE64;
 use glam::DAffine3;
 use sha2::{Digest, Sha256};
@@ -38,8 +38,17 @@ const PLAIN: [usize; 2] = [8 << 20, 256];
 /// held twice.
 const PACKED: [usize; 2] = [16 << 20, 1032 * 8 * 12 * 2];
 
-/// Instances multiply shapes, of which there are 2¹⁸ at most.
-const MULTIPLIED: [usize; 2] = [256 << 20, 512];
+/// The most bytes for each byte of XML, as `docs/mitsuba.md` has it.
+const OF_XML: usize = 512;
+
+/// The most bytes for each shape: `merge` and instances multiply them.
+const OF_SHAPE: usize = 1 << 10;
+
+/// What reading takes besides: values of variables, and the files of `fuzz/seeds` that a scene names.
+const OF_READING: usize = 16 << 20;
+
+/// There are 2¹⁸ shapes at most.
+const MULTIPLIED: [usize; 2] = [(OF_SHAPE << 18) + OF_READING, OF_XML];
 
 /// The names of all readers.
 pub const NAMES: [&str; 13] =
@@ -201,6 +210,15 @@ const XML: &[&str] = &[
     "<bsdf type=\"twosided\">",
     "<spectrum name=\"eta\" value=\"400:1, 500:2\"/>",
     "</scene>",
+    "<shape type=\"merge\">",
+    "<shape type=\"merge\"><ref id=\"g\"/><ref id=\"g\"/></shape>",
+    "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"3\"/></transform></shape>",
+    "<spectrum name=\"radiance\" filename=\"ramp.spd\"/>",
+    "<alias id=\"m\" as=\"n\"/>",
+    "xmlns:a=\"b\" ",
+    "name=\"\\$a\"",
+    "<!--",
+    "filename=\"big.ply\"",
 ];
 
 const FILM: &[&str] = &["\n\n", "asked: 1..2\n", "adaptive: 1\n", "scene: \n"];
@@ -307,11 +325,15 @@ fn parse_scene(bytes: &[u8]) -> bool {
     true
 }
 
-/// A scene file of Mitsuba's.
+/// A scene file of Mitsuba's. What its reader takes is measured by itself: the tree of its surfaces takes more.
 fn parse_mitsuba(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let options = LoadOptions::default();
-    let Ok(loaded) = mitsuba::parse(text, &beside_seeds("a.xml"), &options) else { return false };
+    let (loaded, taken) = memory::measured(|| mitsuba::parse(text, &beside_seeds("a.xml"), &options));
+    let Ok(loaded) = loaded else { return false };
+    let shapes = loaded.scene.entities.len() + loaded.scene.instances.len();
+    let most = OF_READING + OF_XML * bytes.len() + OF_SHAPE * shapes;
+    assert!(taken <= most, "{taken} bytes of memory for {} of file and {shapes} shapes", bytes.len());
     let Ok((_, surfaces)) = compile(&loaded.scene, 4, 3) else { return false };
     look_at(&surfaces, Bounds { low: [-1.0; 3], high: [1.0; 3] });
     true

@@ -27,8 +27,7 @@ pub(super) struct ConvertArguments {
 
 pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
     let output = &arguments.output;
-    // Written is this program's own format, the first one.
-    let own = &Format::all()[0];
+    let own = Format::own();
     let is_own = |path: &Path| Format::of(path).is_some_and(|format| format.extension == own.extension);
     if !is_own(output) {
         return Err(usage(format!("{} does not end in .{}", output.display(), own.extension)));

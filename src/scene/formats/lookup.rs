@@ -1,6 +1,6 @@
 //! Scene files that are not there.
 
-use super::Format;
+use super::registry::Format;
 use crate::scene::diagnostic::SceneErrors;
 use crate::scene::spelling;
 use std::fs;

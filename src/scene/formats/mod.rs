@@ -3,68 +3,30 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `options` | what a reader may be told |
+//! | `registry` | all formats: their names, extensions and readers |
 //! | `lookup` | files that are not there |
 //! | [`mitsuba`] | the reader of Mitsuba's scene files, `.xml` |
 //!
-//! The reader of this program's own format, TOML, is [`crate::scene::toml`]. A reader is one folder and a line in `FORMATS`.
+//! The reader of this program's own format, TOML, is [`crate::scene::toml`]. A reader is one folder and a line in
+//! the registry.
 
 mod lookup;
 pub mod mitsuba;
 mod options;
+mod registry;
 
 pub use options::LoadOptions;
+pub use registry::Format;
 
 use super::description::Scene;
 use super::diagnostic::SceneErrors;
 use super::mesh::cache::Watch;
-use super::toml::{self, Loaded};
+use super::toml::Loaded;
 use std::path::Path;
-
-/// A format of scene files.
-#[derive(Debug)]
-pub struct Format {
-    /// The name in messages.
-    pub name: &'static str,
-    /// The extension of its files, in lower case and without a point.
-    pub extension: &'static str,
-    /// Whether its files have variables, and cameras to choose from.
-    has_choices: bool,
-    read: fn(&Path, &LoadOptions, Watch<'_>) -> Result<Loaded, SceneErrors>,
-}
-
-/// All formats. The first one is that of files with any other extension.
-#[rustfmt::skip]
-static FORMATS: [Format; 2] = [
-    Format { name: "TOML", extension: "toml", has_choices: false, read: |path, _, watch| toml::load_watched(path, watch) },
-    Format { name: "Mitsuba's XML", extension: "xml", has_choices: true, read: mitsuba::load },
-];
-
-impl Format {
-    /// All formats, that of this program first.
-    pub fn all() -> &'static [Format] {
-        &FORMATS
-    }
-
-    /// The format of files with the extension of this path, in any case; `None` if it is not that of a scene file.
-    pub fn of(path: &Path) -> Option<&'static Format> {
-        let extension = path.extension()?.to_str()?;
-        FORMATS.iter().find(|format| format.extension.eq_ignore_ascii_case(extension))
-    }
-
-    /// The names of all formats, as a message lists them.
-    pub fn names() -> String {
-        FORMATS.each_ref().map(|format| format.name).join(", or ")
-    }
-
-    /// The extensions of all formats, each with its point.
-    pub fn extensions() -> Vec<String> {
-        FORMATS.iter().map(|format| format!(".{}", format.extension)).collect()
-    }
-}
 
 /// The error of options that files of the format of `path` have no use for, if some are given.
 pub fn unsuitable(path: &Path, options: &LoadOptions) -> Option<SceneErrors> {
-    let format = Format::of(path).unwrap_or(&FORMATS[0]);
+    let format = Format::of(path).unwrap_or(Format::own());
     if format.has_choices {
         return None;
     }
@@ -94,7 +56,7 @@ pub fn load_with(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result
         return Err(errors);
     }
     lookup::present(path)?;
-    (Format::of(path).unwrap_or(&FORMATS[0]).read)(path, options, watch)
+    (Format::of(path).unwrap_or(Format::own()).read)(path, options, watch)
 }
 
 impl Scene {

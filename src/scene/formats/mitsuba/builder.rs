@@ -3,15 +3,19 @@
 use super::files::Files;
 use super::object::{Document, Object, Tag};
 use super::report::{Place, Read, Reported, Reports};
+use super::serialized;
+use super::shade::Shade;
+use super::spectrum::Of;
 use crate::scene::check::{Part, SceneProblem};
 use crate::scene::description::{
     Entity, Group, Instance, Material, MaterialKind, Mesh, Scene, Texture, TextureKind, Textured,
 };
 use crate::scene::images::{self, ImageCache};
 use crate::scene::mesh::cache::MeshCache;
+use crate::scene::spelling::quote;
 use glam::DAffine3;
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 /// What a scene is made in.
@@ -26,12 +30,27 @@ pub(super) struct Builder<'a, 'w> {
     /// Whether meshes have a border, by their addresses: they are all kept.
     pub(super) borders: HashMap<usize, bool>,
     images: ImageCache,
+    /// Serialized meshes.
+    pub(super) serialized: serialized::Cache,
+    /// The bytes that meshes may take further which are not as they are in a file.
+    pub(super) room: u64,
     /// The materials that were made of objects.
     pub(super) materials: HashMap<usize, Read<usize>>,
+    /// Those of shapes without a bsdf: the grey and the black one.
+    pub(super) plain: [Option<usize>; 2],
+    /// Whether each material looks at uv, or one that it names.
+    pub(super) looks_at_uv: Vec<bool>,
     /// The same materials with nothing to be seen from behind.
     pub(super) one_sided: HashMap<usize, usize>,
-    /// The textures that were made of objects, by whether square roots of their values are meant.
-    pub(super) textures: HashMap<(usize, bool), usize>,
+    /// Whether bsdfs show nothing on their backs.
+    pub(super) are_one_sided: HashMap<usize, bool>,
+    /// What was made of textures, by what they are for.
+    pub(super) shades: HashMap<Purpose, Read<Shade>>,
+    /// The textures that were made of objects, by what their colours are of and whether square roots of them are meant; of
+    /// pictures it is no matter.
+    pub(super) textures: HashMap<(usize, Option<Of>, bool), usize>,
+    /// What emitters inside of shapes emit, by their addresses.
+    pub(super) area_lights: HashMap<usize, Read<Emission>>,
     /// The groups that were made of objects, those aside in which there is nothing.
     pub(super) groups: HashMap<usize, Read<Option<usize>>>,
     /// How many shapes were come by so far, those without a counterpart too: `merge` may hold one many times.
@@ -58,14 +77,21 @@ pub(super) struct Places {
     pub(super) lights: Vec<Place>,
 }
 
+/// A texture and what it is for: what its colours are of, whether square roots of them are meant, and the bits of the
+/// default.
+pub(super) type Purpose = (usize, Of, bool, u64);
+
+/// A radiance, or its texture.
+pub(super) type Emission = ([f64; 3], Option<usize>);
+
 /// What makes two meshes the same.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum MeshKey {
     Cube,
     /// A file, the number of a mesh in it, whether v runs down in it, and whether its normals are left out.
-    File(PathBuf, usize, bool, bool),
+    File(Arc<Path>, usize, bool, bool),
     /// A file whose normals are computed where it stands in the world.
-    Placed(PathBuf, usize, bool, [u64; 9]),
+    Placed(Arc<Path>, usize, bool, [u64; 9]),
     Ellipse,
 }
 
@@ -85,10 +111,17 @@ impl<'a, 'w> Builder<'a, 'w> {
             meshes,
             made: HashMap::new(),
             borders: HashMap::new(),
-            images: ImageCache::new(std::path::Path::new("")),
+            images: ImageCache::new(Path::new("")),
+            serialized: serialized::Cache::default(),
+            room: super::limits::MOST_UNPACKED,
             materials: HashMap::new(),
+            plain: [None; 2],
+            looks_at_uv: Vec::new(),
             one_sided: HashMap::new(),
+            are_one_sided: HashMap::new(),
+            shades: HashMap::new(),
             textures: HashMap::new(),
+            area_lights: HashMap::new(),
             groups: HashMap::new(),
             within: None,
             places: Places::default(),
@@ -114,12 +147,12 @@ impl<'a, 'w> Builder<'a, 'w> {
     }
 
     /// The file that a property of an object names.
-    pub(super) fn file(&mut self, object: &Object, name: &str) -> Read<PathBuf> {
+    pub(super) fn file(&mut self, object: &Object, name: &str) -> Read<Arc<Path>> {
         match object.text(name, self.reports)? {
             None => Err(self.reports.error(object.place, format!("{} has no {name}", object.what()))),
             Some((file, place)) => {
                 let found = self.files.find(file, &object.folders);
-                found.map_err(|(message, help)| self.reports.error_with(place, message, help))
+                found.map_err(|(message, help)| self.reports.error_with(place, message, || help))
             }
         }
     }
@@ -157,7 +190,14 @@ impl<'a, 'w> Builder<'a, 'w> {
             Some(object) => format!("{} {number}", object.plugin),
             None => format!("default {number}"),
         };
-        self.scene.materials.push(Material { name, kind: kind.into(), textures, ..Material::default() });
+        self.push_material(Material { name, kind: kind.into(), textures, ..Material::default() }, place)
+    }
+
+    fn push_material(&mut self, material: Material, place: Place) -> usize {
+        // What it names is there already.
+        let looks_at_uv = self.is_placed_by_uv(&material);
+        self.looks_at_uv.push(looks_at_uv);
+        self.scene.materials.push(material);
         self.places.materials.push(place);
         self.scene.materials.len() - 1
     }
@@ -176,9 +216,7 @@ impl<'a, 'w> Builder<'a, 'w> {
             id => id.to_owned(),
         };
         change(&mut material);
-        self.scene.materials.push(material);
-        self.places.materials.push(object.place);
-        self.scene.materials.len() - 1
+        self.push_material(material, object.place)
     }
 
     /// Adds a texture, and returns its index.
@@ -242,12 +280,12 @@ impl<'a, 'w> Builder<'a, 'w> {
     /// Reports what nobody looked at in objects of which something was made.
     pub(super) fn report_unused(&mut self) {
         for object in self.document.objects.iter().filter(|object| object.read.get()) {
-            for property in object.properties.iter().filter(|property| !property.used.get()) {
+            for property in self.document.unused(object) {
                 let what = match &property.value {
                     super::object::Value::Object(index) => {
                         format!("{} in {}", self.document.objects[*index].what(), object.what())
                     }
-                    _ => format!("{:?} of {}", property.name, object.what()),
+                    _ => format!("{} of {}", quote(&property.name), object.what()),
                 };
                 self.reports.lacks(property.place, what, "it is left out");
             }

@@ -29,7 +29,7 @@ impl Builder<'_, '_> {
                         .filter(|id| !id.is_empty())
                         .collect();
                     let message = format!("no sensor has the id {}", quote(name));
-                    let help = instead(name, ids.iter().copied());
+                    let help = || instead(name, ids.iter().copied());
                     return Err(self.reports.error_with(scene.place, message, help));
                 }
             },
@@ -45,7 +45,7 @@ impl Builder<'_, '_> {
             self.sampler(sampler)?;
         }
         sensor.ignore(&["shutter_open", "shutter_close"]);
-        for medium in self.document.children(sensor, Tag::Medium) {
+        for &medium in self.document.children(sensor, Tag::Medium) {
             let medium = &self.document.objects[medium];
             self.reports.lacks(medium.place, medium.what(), "there is nothing in its place");
         }
@@ -57,7 +57,7 @@ impl Builder<'_, '_> {
                 return Err(self.reports.error_with(
                     sensor.place,
                     format!("{what} has no counterpart"),
-                    Some("perspective, thinlens and orthographic have one".into()),
+                    || Some("perspective, thinlens and orthographic have one".into()),
                 ));
             }
         }

@@ -1,13 +1,13 @@
 //! Files of text, and what the parser of XML says about them.
 
-use super::limits::MOST_ELEMENTS;
+use super::limits::{MOST_BYTES, MOST_ELEMENTS};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The text of a file of at most so many bytes.
-pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
+/// The text of a file of at most so many bytes; `larger` is the error of one that has more.
+pub(super) fn limited(path: &Path, most: u64, larger: impl FnOnce() -> String) -> Result<Arc<str>, String> {
     if !path.is_file() {
         return Err("this is not a file".into());
     }
@@ -15,9 +15,14 @@ pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
     let read = File::open(path).and_then(|file| file.take(most + 1).read_to_string(&mut text));
     match read {
         Err(error) => Err(format!("cannot be read: {error}")),
-        Ok(_) if text.len() as u64 > most => Err(format!("this file is larger than {most} bytes")),
+        Ok(_) if text.len() as u64 > most => Err(larger()),
         Ok(_) => Ok(text.into()),
     }
+}
+
+/// The error of XML files with too many bytes in all.
+pub(super) fn too_much_xml() -> String {
+    format!("the XML files of this scene are larger than {} MiB", MOST_BYTES >> 20)
 }
 
 /// The byte of a place that the parser of XML tells.

@@ -63,13 +63,18 @@ impl Builder<'_, '_> {
                 self.reports.lacks(object.place, what, "emitters are seen");
                 0
             }
-            depth => match u32::try_from(depth - 1).ok().filter(|bounces| *bounces <= MOST_BOUNCES) {
+            1.. => match u32::try_from(depth - 1).ok().filter(|bounces| *bounces <= MOST_BOUNCES) {
                 Some(bounces) => bounces,
                 None => {
-                    let message = format!("max_depth must be from −1 to {}, not {depth}", MOST_BOUNCES + 1);
-                    return Err(self.reports.error(object.place, message));
+                    let what = format!("max_depth above {}", MOST_BOUNCES + 1);
+                    self.reports.lacks(object.place, what, "paths have no limit");
+                    UNLIMITED
                 }
             },
+            _ => {
+                let message = format!("max_depth must be −1, or 0 and above, not {depth}");
+                return Err(self.reports.error(object.place, message));
+            }
         };
         Ok(())
     }

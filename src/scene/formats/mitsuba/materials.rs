@@ -6,15 +6,14 @@
 use super::builder::Builder;
 use super::indices;
 use super::object::{Object, Tag, Value};
-use super::report::Read;
+use super::report::{Place, Read};
+use super::shade::Shade;
 use super::spectrum::Of;
-use super::textures::Shade;
 use crate::scene::description::{
-    ConductorParameters, DielectricParameters, GlassParameters, MaterialKind, MatteParameters,
+    ConductorParameters, DielectricParameters, GlassParameters, Material, MaterialKind, MatteParameters,
     MirrorParameters, MixParameters, Modifiers, Named, Textured,
 };
 use crate::scene::spelling::{instead, quote};
-use std::collections::HashSet;
 
 /// Parameters that become textures of a material while its numbers are read.
 #[derive(Default)]
@@ -37,9 +36,7 @@ impl Builder<'_, '_> {
         match children[..] {
             [] => {
                 // A light without a bsdf reflects nothing.
-                let reflectance = [if emits { 0.0 } else { 0.5 }; 3];
-                let matte = MatteParameters { reflectance, roughness: 0.0 };
-                Ok(self.add_material(None, shape.place, matte, Vec::new()))
+                Ok(self.plain(emits, shape.place))
             }
             [first, ..] => {
                 if children.len() > 1 {
@@ -49,6 +46,18 @@ impl Builder<'_, '_> {
                 self.bsdf(first)
             }
         }
+    }
+
+    /// A grey or a black material, which is made once.
+    fn plain(&mut self, is_black: bool, place: Place) -> usize {
+        if let Some(known) = self.plain[usize::from(is_black)] {
+            return known;
+        }
+        let reflectance = [if is_black { 0.0 } else { 0.5 }; 3];
+        let made =
+            self.add_material(None, place, MatteParameters { reflectance, roughness: 0.0 }, Vec::new());
+        self.plain[usize::from(is_black)] = Some(made);
+        made
     }
 
     /// The material of a bsdf, which is made once.
@@ -98,7 +107,7 @@ impl Builder<'_, '_> {
                 let known = indices::conductor(name);
                 let unknown = || {
                     let message = format!("no conductor is called {}", quote(name));
-                    self.reports.error_with(place, message, instead(name, indices::conductors()))
+                    self.reports.error_with(place, message, || instead(name, indices::conductors()))
                 };
                 Some(known.ok_or_else(unknown)?)
             }
@@ -219,7 +228,7 @@ impl Builder<'_, '_> {
         {
             Some((Value::Text(word), place)) => indices::dielectric(word).ok_or_else(|| {
                 let message = format!("no dielectric is called {}", quote(word));
-                self.reports.error_with(place, message, instead(word, indices::dielectrics()))
+                self.reports.error_with(place, message, || instead(word, indices::dielectrics()))
             }),
             _ => object.number(name, indices::dielectric(default).unwrap_or(1.0), self.reports),
         };
@@ -344,25 +353,25 @@ impl Builder<'_, '_> {
 
     /// Whether a bsdf that stands on a surface with two sides to be seen shows nothing on its back in Mitsuba, but the same
     /// as on its front here.
-    pub(super) fn is_one_sided(&self, shape: &Object) -> bool {
-        let mut open = self.document.children(shape, Tag::Bsdf);
-        open.truncate(1);
-        // What is named twice is looked at once: blends may double at each step.
-        let mut seen = HashSet::new();
-        while let Some(index) = open.pop() {
-            if !seen.insert(index) {
-                continue;
-            }
-            let object = &self.document.objects[index];
-            match object.plugin.as_str() {
-                "mask" | "bumpmap" | "normalmap" | "blendbsdf" => {
-                    open.extend(self.document.children(object, Tag::Bsdf));
-                }
-                "diffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic" => {}
-                _ => return false,
-            }
+    pub(super) fn is_one_sided(&mut self, shape: &Object) -> bool {
+        let first = self.document.children(shape, Tag::Bsdf).first();
+        first.is_none_or(|&bsdf| self.is_bsdf_one_sided(bsdf))
+    }
+
+    /// The same of a bsdf, which is found out once: blends may double at each step.
+    fn is_bsdf_one_sided(&mut self, index: usize) -> bool {
+        if let Some(&known) = self.are_one_sided.get(&index) {
+            return known;
         }
-        true
+        let object = &self.document.objects[index];
+        let answer = match object.plugin.as_str() {
+            "mask" | "bumpmap" | "normalmap" | "blendbsdf" => {
+                self.document.children(object, Tag::Bsdf).iter().all(|&inner| self.is_bsdf_one_sided(inner))
+            }
+            plugin => ["diffuse", "conductor", "roughconductor", "plastic", "roughplastic"].contains(&plugin),
+        };
+        self.are_one_sided.insert(index, answer);
+        answer
     }
 
     /// The material that is the same from the front, and black from behind.
@@ -370,8 +379,7 @@ impl Builder<'_, '_> {
         if let Some(&known) = self.one_sided.get(&material) {
             return known;
         }
-        let black = MatteParameters { reflectance: [0.0; 3], roughness: 0.0 };
-        let black = self.add_material(None, object.place, black, Vec::new());
+        let black = self.plain(true, object.place);
         let name = format!("{}, one-sided", self.scene.materials[material].name);
         let own = self.add_changed(object, material, |material| {
             material.modifiers.back = Some(black);
@@ -382,23 +390,13 @@ impl Builder<'_, '_> {
     }
 
     /// Whether a material looks at uv, or one that it names.
-    pub(super) fn looks_at_uv(&self, material: usize) -> bool {
-        let mut open = vec![material];
-        let mut seen = HashSet::new();
-        while let Some(index) = open.pop() {
-            let Some(material) = self.scene.materials.get(index).filter(|_| seen.insert(index)) else {
-                continue;
-            };
-            let anisotropic = match material.kind {
-                MaterialKind::Conductor(ConductorParameters { roughness: [u, v], .. }) => u != v,
-                MaterialKind::Dielectric(DielectricParameters { roughness: [u, v], .. }) => u != v,
-                _ => false,
-            };
-            if anisotropic || !material.textures.is_empty() {
-                return true;
-            }
-            open.extend(material.named());
-        }
-        false
+    pub(super) fn is_placed_by_uv(&self, material: &Material) -> bool {
+        let is_anisotropic = match material.kind {
+            MaterialKind::Conductor(ConductorParameters { roughness: [u, v], .. }) => u != v,
+            MaterialKind::Dielectric(DielectricParameters { roughness: [u, v], .. }) => u != v,
+            _ => false,
+        };
+        let mut named = material.named().into_iter();
+        is_anisotropic || !material.textures.is_empty() || named.any(|inner| self.looks_at_uv[inner])
     }
 }

@@ -6,9 +6,9 @@
 
 use super::builder::{Builder, MeshKey};
 use super::formed::Formed;
+use super::limits::MOST_UNPACKED;
 use super::object::Object;
-use super::report::Read;
-use super::serialized;
+use super::report::{Place, Read};
 use super::transform::uniform_scale;
 use crate::scene::description::Mesh;
 use crate::scene::mesh::Split;
@@ -39,13 +39,12 @@ impl Builder<'_, '_> {
         let key = MeshKey::File(path.clone(), number, turned_uv, face_normals);
         if let Some(mesh) = self.made.get(&key) {
             let mesh = Arc::clone(mesh);
-            let is_open = self.is_open(&mesh);
-            return self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open);
+            return self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), place);
         }
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let mesh = if object.plugin == "serialized" {
-            let read = serialized::read(&path, number);
-            Arc::new(read.map_err(|error| self.reports.error(place, format!("{}: {error}", path.display())))?)
+            let read = self.serialized.get(&path, number, &mut self.room);
+            read.map_err(|error| self.reports.error(place, format!("{}: {error}", path.display())))?
         } else if !extension.eq_ignore_ascii_case(&object.plugin) {
             let message = format!("the file of {} must end in .{}", object.what(), object.plugin);
             return Err(self.reports.error(place, message));
@@ -61,13 +60,30 @@ impl Builder<'_, '_> {
             if face_normals {
                 changed.normals = Vec::new();
             }
-            Arc::new(changed)
+            self.made_here(changed, place)?
         } else {
             mesh
         };
         self.made.insert(key, Arc::clone(&mesh));
-        let is_open = self.is_open(&mesh);
-        self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open)
+        self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), place)
+    }
+
+    /// A mesh that is not as it is in a file. A scene may have such a one for each of its shapes.
+    fn made_here(&mut self, mesh: Mesh, place: Place) -> Read<Arc<Mesh>> {
+        let Mesh { positions, normals, uv, triangles } = &mesh;
+        let bytes = 12 * (positions.len() + normals.len() + triangles.len()) + 8 * uv.len();
+        match self.room.checked_sub(bytes as u64) {
+            Some(room) => {
+                self.room = room;
+                Ok(Arc::new(mesh))
+            }
+            None => {
+                let most = MOST_UNPACKED >> 30;
+                let message = format!("meshes whose normals are computed are larger than {most} GiB in all");
+                let help = || Some("give them normals, or say face_normals".into());
+                Err(self.reports.error_with(place, message, help))
+            }
+        }
     }
 
     /// Whether a mesh that is kept has a border.
@@ -75,7 +91,7 @@ impl Builder<'_, '_> {
         *self.borders.entry(Arc::as_ptr(mesh).addr()).or_insert_with(|| has_border(mesh))
     }
 
-    fn mesh_of_cache(&mut self, path: &Path, place: super::report::Place) -> Read<Arc<Mesh>> {
+    fn mesh_of_cache(&mut self, path: &Path, place: Place) -> Read<Arc<Mesh>> {
         let Some(name) = path.to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
@@ -99,9 +115,10 @@ impl Builder<'_, '_> {
         mesh: Arc<Mesh>,
         transform: DAffine3,
         face_normals: bool,
-        (path, number, turned_uv): (std::path::PathBuf, usize, bool),
-        is_open: bool,
+        (path, number, turned_uv): (Arc<Path>, usize, bool),
+        place: Place,
     ) -> Read<Formed> {
+        let is_open = self.is_open(&mesh);
         if face_normals || !mesh.normals.is_empty() {
             return Ok(Formed::mesh(mesh, transform, is_open));
         }
@@ -109,11 +126,16 @@ impl Builder<'_, '_> {
         let linear = if keeps_angles { DMat3::IDENTITY } else { transform.matrix3 };
         let bits = linear.to_cols_array().map(f64::to_bits);
         let key = MeshKey::Placed(path, number, turned_uv, bits);
-        let shaded = self.made.entry(key).or_insert_with(|| {
-            let normals = normals(&mesh, &linear);
-            Arc::new(Mesh { normals, ..(*mesh).clone() })
-        });
-        Ok(Formed::mesh(Arc::clone(shaded), transform, is_open))
+        let shaded = match self.made.get(&key) {
+            Some(known) => Arc::clone(known),
+            None => {
+                let made =
+                    self.made_here(Mesh { normals: normals(&mesh, &linear), ..(*mesh).clone() }, place)?;
+                self.made.insert(key, Arc::clone(&made));
+                made
+            }
+        };
+        Ok(Formed::mesh(shaded, transform, is_open))
     }
 }
 
@@ -139,7 +161,7 @@ fn normals(mesh: &Mesh, linear: &DMat3) -> Vec<[f32; 3]> {
 
 /// Whether some edge of a mesh belongs to one triangle only.
 fn has_border(mesh: &Mesh) -> bool {
-    if mesh.triangles.len() > MOST_EDGES / 3 {
+    if mesh.triangles.len() > MOST_EDGES / 3 || mesh.positions.len() > MOST_EDGES {
         return false;
     }
     // Vertices in one place are one: uv and normals part them.

@@ -6,13 +6,14 @@
 //! |---|---|
 //! | `limits` | what a file may ask for at most |
 //! | `report` | errors, warnings, and what has no counterpart, with their places |
-//! | `text`, `variables`, `files` | numbers in attributes; `$name`; where files are looked for |
+//! | `text`, `variables` | numbers in attributes; `$name` |
+//! | `files`, `contents` | where files are looked for, and what is in them |
 //! | `spectrum`, `cie`, `indices` | spectra as colours; tables |
 //! | `transform` | transforms |
 //! | `object` | objects and their properties |
-//! | `nesting`, `input`, `xml` | from files to objects |
+//! | `nesting`, `input`, `tags`, `xml` | from files to objects |
 //! | `builder` | what a scene is made in |
-//! | `textures`, `materials` | what surfaces look like |
+//! | `shade`, `textures`, `materials` | what surfaces look like |
 //! | [`serialized`], `formed`, `meshes`, `shapes` | surfaces |
 //! | `emitters`, `camera`, `integrators` | the rest of a scene |
 //!
@@ -22,6 +23,7 @@
 mod builder;
 mod camera;
 mod cie;
+mod contents;
 mod emitters;
 mod files;
 mod formed;
@@ -35,8 +37,10 @@ mod nesting;
 mod object;
 mod report;
 pub mod serialized;
+mod shade;
 mod shapes;
 mod spectrum;
+mod tags;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -61,7 +65,7 @@ use std::sync::Arc;
 
 /// Reads the scene file at `path`, and the files that it names.
 pub fn load(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
-    let text = input::limited(path, limits::MOST_BYTES)
+    let text = input::limited(path, limits::MOST_BYTES, input::too_much_xml)
         .map_err(|message| SceneErrors::one(path, None, message, None))?;
     parse_watched(text, path, options, Some(watch))
 }
@@ -77,9 +81,9 @@ fn parse_watched(
     options: &LoadOptions,
     watch: Option<Watch<'_>>,
 ) -> Result<Loaded, SceneErrors> {
-    let files = Files::of(path, options.allow_outside);
+    let (files, folders) = Files::of(path, options.allow_outside);
     let mut reports = Reports::default();
-    let read = xml::parse(path, text, &options.defines, &files, &mut reports);
+    let read = xml::parse(path, text, &options.defines, (&files, folders), &mut reports);
     let built = read.and_then(|document| {
         // Paths that the cache is given are whole.
         let meshes = MeshCache::new(Path::new(""), watch);
@@ -109,10 +113,10 @@ fn build(
     let crop = builder.sensor(options.camera.as_deref());
     let mut outcome = builder.integrator();
     let scene = builder.object(0);
-    for shape in document.children(scene, Tag::Shape) {
+    for &shape in document.children(scene, Tag::Shape) {
         outcome = builder.shape(shape, DAffine3::IDENTITY).and(outcome);
     }
-    for emitter in document.children(scene, Tag::Emitter) {
+    for &emitter in document.children(scene, Tag::Emitter) {
         outcome = builder.emitter(emitter).and(outcome);
     }
     // Others are read where they are named.

@@ -4,14 +4,6 @@ use super::limits::MOST_NESTING;
 use super::object::{Object, Property, Value};
 use super::report::Place;
 
-/// The objects that an object has.
-fn named(object: &Object) -> impl Iterator<Item = usize> {
-    object.properties.iter().filter_map(|property| match property.value {
-        Value::Object(named) => Some(named),
-        _ => None,
-    })
-}
-
 /// What is wrong with how objects contain each other, and where. The first contains all.
 pub(super) fn problem(objects: &[Object]) -> Option<(Place, String)> {
     // Depth first, with a stack of its own: a file may chain as many objects as it has room for.
@@ -34,7 +26,7 @@ pub(super) fn problem(objects: &[Object]) -> Option<(Place, String)> {
             }
             Some(_) => {}
             None => {
-                let deepest = named(&objects[object]).filter_map(|named| nesting[named]).max();
+                let deepest = objects[object].objects().filter_map(|(named, _)| nesting[named]).max();
                 let depth = deepest.map_or(0, |deepest| deepest + 1);
                 if depth > MOST_NESTING {
                     let message = format!("objects are nested more than {MOST_NESTING} deep");

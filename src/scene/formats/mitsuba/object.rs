@@ -1,15 +1,14 @@
 //! The objects of a scene and their properties, as its XML files have them.
 
+use super::files::Folders;
 use super::report::{Place, Read, Reports};
 use super::spectrum::Spectrum;
-use crate::scene::spelling::quote;
+use crate::scene::spelling::{quote, shorten};
 use glam::DMat4;
 use std::cell::Cell;
-use std::path::PathBuf;
-use std::sync::Arc;
 
 /// What an object is, which is the name of its element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Tag {
     Scene,
     Bsdf,
@@ -64,7 +63,8 @@ pub(super) enum Value {
     Triple([f64; 3]),
     Rgb([f64; 3]),
     Spectrum(Spectrum),
-    Transform(DMat4),
+    /// Apart, because it is larger than all others.
+    Transform(Box<DMat4>),
     /// The index of an object.
     Object(usize),
 }
@@ -107,9 +107,15 @@ pub(super) struct Object {
     pub(super) place: Place,
     pub(super) properties: Vec<Property>,
     /// The folders in which its files are looked for.
-    pub(super) folders: Arc<Vec<PathBuf>>,
+    pub(super) folders: Folders,
     /// Whether something was made of it.
     pub(super) read: Cell<bool>,
+    /// The properties with names, in the order of these: an object may have a million.
+    by_name: Vec<u32>,
+    /// The objects that it has, in the order of their tags.
+    children: Vec<usize>,
+    /// The tags of which objects were looked at, a bit each.
+    looked_at: Cell<u16>,
 }
 
 /// All objects of a scene. The first is the scene itself; none contains itself, be it by way of others.
@@ -119,23 +125,79 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// The objects of a tag that an object has, without regard to their names.
-    pub(super) fn children(&self, object: &Object, tag: Tag) -> Vec<usize> {
-        let of_tag = |property: &Property| match property.value {
-            Value::Object(index) if self.objects[index].tag == tag => {
-                property.used.set(true);
-                Some(index)
+    /// Of objects whose references are resolved.
+    pub(super) fn new(mut objects: Vec<Object>) -> Document {
+        for index in 0..objects.len() {
+            let mut children: Vec<usize> = objects[index].objects().map(|(named, _)| named).collect();
+            children.sort_by_key(|&child| objects[child].tag);
+            objects[index].children = children;
+        }
+        Document { objects }
+    }
+
+    /// The objects of a tag that an object has, without regard to their names. They count as looked at.
+    pub(super) fn children<'o>(&self, object: &'o Object, tag: Tag) -> &'o [usize] {
+        object.looked_at.set(object.looked_at.get() | 1 << tag as u16);
+        let all = &object.children;
+        let of = |&child: &usize| self.objects[child].tag;
+        let first = all.partition_point(|child| of(child) < tag);
+        &all[first..all.partition_point(|child| of(child) <= tag)]
+    }
+
+    /// The properties of an object that were not looked at.
+    pub(super) fn unused<'o>(&'o self, object: &'o Object) -> impl Iterator<Item = &'o Property> {
+        object.properties.iter().filter(|property| match property.value {
+            Value::Object(child) if object.looked_at.get() & 1 << self.objects[child].tag as u16 != 0 => {
+                false
             }
-            _ => None,
-        };
-        object.properties.iter().filter_map(of_tag).collect()
+            _ => !property.used.get(),
+        })
     }
 }
 
 impl Object {
+    /// One without properties.
+    pub(super) fn new(tag: Tag, plugin: &str, id: &str, place: Place, folders: Folders) -> Object {
+        Object {
+            tag,
+            plugin: plugin.to_owned(),
+            id: id.to_owned(),
+            place,
+            properties: Vec::new(),
+            folders,
+            read: Cell::new(false),
+            by_name: Vec::new(),
+            children: Vec::new(),
+            looked_at: Cell::new(0),
+        }
+    }
+
+    /// Sorts the properties by their names, when all are there; returns those whose name another one before has.
+    pub(super) fn sort(&mut self) -> Vec<&Property> {
+        let name = |&at: &u32| self.properties[at as usize].name.as_str();
+        let mut sorted: Vec<u32> =
+            (0..self.properties.len() as u32).filter(|at| !name(at).is_empty()).collect();
+        sorted.sort_by(|a, b| name(a).cmp(name(b)));
+        let again =
+            |pair: &[u32]| (name(&pair[0]) == name(&pair[1])).then(|| &self.properties[pair[1] as usize]);
+        let again: Vec<_> = sorted.windows(2).filter_map(again).collect();
+        self.by_name = sorted;
+        again
+    }
+
+    /// The objects that it has, and where it names them.
+    pub(super) fn objects(&self) -> impl Iterator<Item = (usize, Place)> {
+        self.properties.iter().filter_map(|property| match property.value {
+            Value::Object(named) => Some((named, property.place)),
+            _ => None,
+        })
+    }
+
     /// The property of this name, which counts as looked at.
     pub(super) fn find(&self, name: &str) -> Option<&Property> {
-        let found = self.properties.iter().find(|property| property.name == name)?;
+        let of = |at: u32| &self.properties[at as usize];
+        let at = self.by_name.partition_point(|&at| of(at).name.as_str() < name);
+        let found = self.by_name.get(at).map(|&at| of(at)).filter(|property| property.name == name)?;
         found.used.set(true);
         Some(found)
     }
@@ -160,7 +222,7 @@ impl Object {
     fn wrong<T>(&self, property: &Property, expected: &str, reports: &mut Reports) -> Read<T> {
         let message = format!(
             "{} of {} must be {expected}, not a {}",
-            property.name,
+            shorten(&property.name),
             self.what(),
             property.value.element()
         );
@@ -228,7 +290,7 @@ impl Object {
         match self.find(name) {
             None => Ok(None),
             Some(property) => match property.value {
-                Value::Transform(transform) => Ok(Some((transform, property.place))),
+                Value::Transform(ref transform) => Ok(Some((**transform, property.place))),
                 _ => self.wrong(property, "a transform", reports),
             },
         }

@@ -1,12 +1,12 @@
 //! Shapes: those that are formulas, and where all of them stand.
 
-use super::builder::{Builder, MeshKey};
+use super::builder::{Builder, Emission, MeshKey};
 use super::formed::Formed;
 use super::limits::MOST_ENTITIES;
 use super::object::{Object, Tag};
 use super::report::Read;
+use super::shade::Shade;
 use super::spectrum::Of;
-use super::textures::Shade;
 use super::transform::{affine, normal, uniform_scale};
 use crate::scene::description::{
     CylinderParameters, DiskParameters, Entity, Mesh, QuadParameters, SphereParameters,
@@ -25,7 +25,7 @@ impl Builder<'_, '_> {
             return Err(self.reports.error(object.place, message));
         }
         object.ignore(&["silhouette_sampling_weight"]);
-        for medium in self.document.children(object, Tag::Medium) {
+        for &medium in self.document.children(object, Tag::Medium) {
             let medium = &self.document.objects[medium];
             self.reports.lacks(medium.place, medium.what(), "there is nothing in its place");
         }
@@ -53,11 +53,11 @@ impl Builder<'_, '_> {
         self.stand(object, formed)
     }
 
-    /// The shapes in a group or an instance.
+    /// The shapes in a group or a merge.
     fn all_of(&mut self, object: &Object, parent: DAffine3) -> Read<()> {
         let mut outcome = Ok(());
-        for shape in self.document.children(object, Tag::Shape) {
-            if self.document.objects[shape].plugin == "instance" {
+        for &shape in self.document.children(object, Tag::Shape) {
+            if self.document.objects[shape].plugin == "instance" && self.within.is_some() {
                 let place = self.document.objects[shape].place;
                 return Err(self.reports.error(place, "an instance stands in a group"));
             }
@@ -86,9 +86,10 @@ impl Builder<'_, '_> {
         let object = self.object(index);
         let group = self.add_group(object);
         let before = self.within.replace(group);
+        let entities = self.scene.entities.len();
         let made = self.all_of(object, DAffine3::IDENTITY);
         self.within = before;
-        let is_empty = self.scene.entities.iter().rev().all(|entity| entity.within != Some(group));
+        let is_empty = self.scene.entities.len() == entities;
         if is_empty {
             self.scene.groups.pop();
             self.places.groups.pop();
@@ -125,7 +126,7 @@ impl Builder<'_, '_> {
         if formed.is_open && self.is_one_sided(object) && self.shows(material) {
             material = self.one_sided(object, material);
         }
-        let looks_at_uv = self.looks_at_uv(material) || emission_texture.is_some();
+        let looks_at_uv = self.looks_at_uv[material] || emission_texture.is_some();
         let local = formed.local.filter(|(.., always)| (*always || looks_at_uv) && self.within.is_none());
         let keeps_uv = local.as_ref().is_some_and(|(.., always)| !always);
         if let Some(uv) = formed.uv.filter(|_| looks_at_uv && !keeps_uv) {
@@ -148,7 +149,17 @@ impl Builder<'_, '_> {
     }
 
     /// What an emitter inside of a shape emits.
-    fn area_light(&mut self, emitter: &Object) -> Read<([f64; 3], Option<usize>)> {
+    fn area_light(&mut self, emitter: &Object) -> Read<Emission> {
+        let address = std::ptr::from_ref(emitter).addr();
+        if let Some(&known) = self.area_lights.get(&address) {
+            return known;
+        }
+        let emission = self.new_area_light(emitter);
+        self.area_lights.insert(address, emission);
+        emission
+    }
+
+    fn new_area_light(&mut self, emitter: &Object) -> Read<Emission> {
         if emitter.plugin != "area" {
             self.reports.lacks(emitter.place, emitter.what(), "the shape emits nothing");
             return Ok(([0.0; 3], None));

@@ -3,6 +3,7 @@
 use super::builder::Builder;
 use super::object::{Object, Property, Tag, Value};
 use super::report::Read;
+use super::shade::Shade;
 use super::spectrum::{Of, Spectrum};
 use super::text::numbers;
 use crate::parameter::{ImageIndex, Varying};
@@ -10,23 +11,6 @@ use crate::scene::description::{CheckerboardTexture, ConstantTexture, ImageTextu
 use crate::scene::spelling::quote;
 use crate::texture::{ColorSpace, TexelFilter, Wrap};
 use glam::{DMat2, DMat4, DVec2};
-
-/// The same everywhere, or a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shade {
-    Colour([f64; 3]),
-    Texture(usize),
-}
-
-impl Shade {
-    /// Its colour; `instead` for a texture, which stands in the place of a parameter beside it.
-    pub(super) fn colour_or(self, instead: [f64; 3]) -> [f64; 3] {
-        match self {
-            Shade::Colour(colour) => colour,
-            Shade::Texture(_) => instead,
-        }
-    }
-}
 
 impl Builder<'_, '_> {
     /// A property that may be a number, a colour, a spectrum or a texture.
@@ -94,8 +78,18 @@ impl Builder<'_, '_> {
         })
     }
 
-    /// What an object of the tag `texture` is.
+    /// What an object of the tag `texture` is, which is found out once for all that name it.
     fn texture(&mut self, index: usize, default: f64, of: Of, is_width: bool) -> Read<Shade> {
+        let purpose = (index, of, is_width, default.to_bits());
+        if let Some(&known) = self.shades.get(&purpose) {
+            return known;
+        }
+        let shade = self.new_texture(index, default, of, is_width);
+        self.shades.insert(purpose, shade);
+        shade
+    }
+
+    fn new_texture(&mut self, index: usize, default: f64, of: Of, is_width: bool) -> Read<Shade> {
         let object = self.object(index);
         let spectrum = match object.plugin.as_str() {
             "bitmap" => return self.bitmap(index, default, is_width),
@@ -173,7 +167,7 @@ impl Builder<'_, '_> {
             self.reports.lacks(object.place, what, "the default of alpha is rendered instead");
             return Ok(Shade::Colour([default; 3]));
         }
-        if let Some(&known) = self.textures.get(&(index, false)) {
+        if let Some(&known) = self.textures.get(&(index, None, false)) {
             return Ok(Shade::Texture(known));
         }
         object.ignore(&["format", "accel"]);
@@ -204,13 +198,13 @@ impl Builder<'_, '_> {
             uv_set: 0.0,
         };
         let texture = self.add_texture(object, texture);
-        self.textures.insert((index, false), texture);
+        self.textures.insert((index, None, false), texture);
         Ok(Shade::Texture(texture))
     }
 
     fn checkerboard(&mut self, index: usize, of: Of, is_width: bool) -> Read<Shade> {
         let object = self.object(index);
-        if let Some(&known) = self.textures.get(&(index, is_width)) {
+        if let Some(&known) = self.textures.get(&(index, Some(of), is_width)) {
             return Ok(Shade::Texture(known));
         }
         let mut check = |name: &str, default: f64| {
@@ -240,7 +234,7 @@ impl Builder<'_, '_> {
         };
         let (even, odd) = if turned { (odd, even) } else { (even, odd) };
         let texture = self.add_texture(object, CheckerboardTexture { even, odd, checks_per_unit });
-        self.textures.insert((index, is_width), texture);
+        self.textures.insert((index, Some(of), is_width), texture);
         Ok(Shade::Texture(texture))
     }
 

@@ -5,37 +5,71 @@ use std::collections::HashMap;
 
 #[derive(Debug)]
 struct Variable {
+    name: String,
     value: String,
     /// Whether a file has used it, or has a default for it.
     known: bool,
 }
 
-/// The variables of a scene.
+/// The variables of a scene. Their names are a tree of bytes, in which the longest name that a text begins with is found
+/// in one pass.
 #[derive(Debug, Default)]
 pub(super) struct Variables {
-    by_name: HashMap<String, Variable>,
-    /// The length of the longest name in bytes.
-    longest: usize,
+    all: Vec<Variable>,
+    /// From a node and a byte to the next node; the root is 0.
+    edges: HashMap<(u32, u8), u32>,
+    /// The variable whose name ends at a node.
+    ends: HashMap<u32, usize>,
 }
 
 impl Variables {
     /// Those of the command line. Of two values for a name the last counts.
     pub(super) fn given(defines: &[(String, String)]) -> Variables {
         let mut variables = Variables::default();
-        defines.iter().for_each(|(name, value)| variables.set(name, value, false));
+        for (name, value) in defines {
+            match variables.exactly(name) {
+                Some(known) => variables.all[known].value.clone_from(value),
+                None => variables.add(name, value, false),
+            }
+        }
         variables
     }
 
-    fn set(&mut self, name: &str, value: &str, known: bool) {
-        self.longest = self.longest.max(name.len());
-        self.by_name.insert(name.to_owned(), Variable { value: value.to_owned(), known });
+    fn add(&mut self, name: &str, value: &str, known: bool) {
+        let mut node = 0;
+        for byte in name.bytes() {
+            let next = self.edges.len() as u32 + 1;
+            node = *self.edges.entry((node, byte)).or_insert(next);
+        }
+        self.ends.insert(node, self.all.len());
+        self.all.push(Variable { name: name.to_owned(), value: value.to_owned(), known });
     }
 
-    /// Gives a variable a value if it has none.
+    /// The variable with the longest name that a text begins with.
+    fn longest(&self, text: &str) -> Option<usize> {
+        let mut node = 0;
+        let mut found = None;
+        for byte in text.bytes() {
+            match self.edges.get(&(node, byte)) {
+                Some(&next) => node = next,
+                None => break,
+            }
+            found = self.ends.get(&node).copied().or(found);
+        }
+        found
+    }
+
+    /// The variable of this name.
+    fn exactly(&self, name: &str) -> Option<usize> {
+        self.longest(name).filter(|&found| self.all[found].name == name)
+    }
+
+    /// Gives a variable a value if it has none. Its name has no dollar sign in it: so a text is looked through for names
+    /// once, whatever they are.
     pub(super) fn fall_back(&mut self, name: &str, value: &str) {
-        match self.by_name.get_mut(name) {
-            Some(variable) => variable.known = true,
-            None => self.set(name, value, true),
+        match self.exactly(name) {
+            Some(variable) => self.all[variable].known = true,
+            None => self.add(name, value, true),
         }
     }
 
@@ -54,30 +88,26 @@ impl Variables {
                 continue;
             }
             done += before;
-            let longest = self.longest.min(after.len());
-            let name = (1..=longest)
-                .rev()
-                .filter_map(|end| after.get(..end))
-                .find(|name| self.by_name.contains_key(*name));
-            let Some(variable) = name.and_then(|name| self.by_name.get_mut(name)) else {
+            let Some(found) = self.longest(after) else {
                 let end = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(after.len());
                 return Err(after[..end].to_owned());
             };
+            let variable = &mut self.all[found];
             variable.known = true;
             done += &variable.value;
             if done.len() > LONGEST_SUBSTITUTED {
                 // It is too long already, and refused by the caller.
                 return Ok(done);
             }
-            rest = &after[name.map_or(0, str::len)..];
+            rest = &after[variable.name.len()..];
         }
         Ok(done + rest)
     }
 
     /// The names of the command line that no file knows, in order.
     pub(super) fn unused(&self) -> Vec<String> {
-        let unused = self.by_name.iter().filter(|(_, variable)| !variable.known);
-        let mut names: Vec<_> = unused.map(|(name, _)| name.clone()).collect();
+        let unused = self.all.iter().filter(|variable| !variable.known);
+        let mut names: Vec<_> = unused.map(|variable| variable.name.clone()).collect();
         names.sort_unstable();
         names
     }
@@ -101,6 +131,28 @@ mod tests {
         assert_eq!(put("$a"), Ok("$spp".into()));
         assert_eq!(put("$none!"), Err("none".into()));
         assert_eq!(put("é$"), Err(String::new()));
+    }
+
+    #[test]
+    fn the_last_value_of_the_command_line_counts_and_then_the_first_default() {
+        let given = [("a", "1"), ("a", "2"), ("ab", "3")].map(|(n, v)| (n.to_owned(), v.to_owned()));
+        let mut variables = Variables::given(&given);
+        variables.fall_back("a", "4");
+        variables.fall_back("é", "5");
+        variables.fall_back("é", "6");
+        assert_eq!(variables.put_into("$a $ab $é $abc"), Ok("2 3 5 3c".into()));
+        assert_eq!(variables.unused(), [""; 0]);
+    }
+
+    /// A name is looked for from each dollar sign to the next one at most, so that all together look at each byte once.
+    #[test]
+    fn a_long_name_makes_no_text_slow() {
+        let mut variables = Variables::default();
+        variables.fall_back("a", "");
+        variables.fall_back(&"a".repeat(1 << 18), "long");
+        // A search of all prefixes would hash 2⁵² bytes.
+        let text = format!("{}{}", "$a".repeat(1 << 17), "a".repeat((1 << 18) - 1));
+        assert_eq!(variables.put_into(&text), Ok("long".into()));
     }
 
     #[test]

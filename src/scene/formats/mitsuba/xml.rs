@@ -1,15 +1,16 @@
 //! From XML files to objects: elements, variables, files that are included, names of objects.
 
-use super::files::Files;
-use super::input::{explained, limited, offset};
+use super::contents::Contents;
+use super::files::{Files, Folders};
+use super::input::{explained, offset, too_much_xml};
 use super::limits::{
-    LONGEST_SPECTRUM, LONGEST_SUBSTITUTED, MOST_BYTES, MOST_ELEMENTS, MOST_FOLDERS, MOST_INCLUDES,
-    MOST_NESTING,
+    LONGEST_SUBSTITUTED, MOST_BYTES, MOST_ELEMENTS, MOST_FOLDERS, MOST_GROWTH, MOST_INCLUDES, MOST_NESTING,
 };
 use super::nesting;
 use super::object::{Document, Object, Property, Tag, Value};
 use super::report::{Place, Read, Reports};
 use super::spectrum::Spectrum;
+use super::tags;
 use super::text::{number, triple};
 use super::transform;
 use super::variables::Variables;
@@ -17,9 +18,8 @@ use crate::scene::spelling::{instead, quote};
 use glam::DMat4;
 use roxmltree::{Node, ParsingOptions};
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Elements that are not objects.
@@ -56,9 +56,12 @@ pub(super) struct Parser<'a> {
     objects: Vec<Object>,
     ids: HashMap<String, usize>,
     references: Vec<Reference>,
-    folders: Arc<Vec<PathBuf>>,
+    folders: Folders,
+    contents: Contents,
     elements: usize,
     bytes: u64,
+    /// The bytes by which attributes grew when values were put in place of variables.
+    grown: u64,
 }
 
 /// An element, its attributes with the values of variables in them, and the file that it is in.
@@ -79,10 +82,9 @@ pub(super) fn parse(
     path: &Path,
     text: Arc<str>,
     defines: &[(String, String)],
-    files: &Files,
+    (files, folders): (&Files, Folders),
     reports: &mut Reports,
 ) -> Read<Document> {
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let mut parser = Parser {
         reports,
         files,
@@ -90,9 +92,11 @@ pub(super) fn parse(
         objects: Vec::new(),
         ids: HashMap::new(),
         references: Vec::new(),
-        folders: Arc::new(vec![folder]),
+        folders,
+        contents: Contents::default(),
         elements: 0,
         bytes: 0,
+        grown: 0,
     };
     let file = parser.reports.add_file(path, Arc::clone(&text));
     let whole = Place { file, at: 0 };
@@ -102,7 +106,7 @@ pub(super) fn parse(
         parser.reports.warn(whole, message, None);
     }
     parser.resolve()?;
-    Ok(Document { objects: parser.objects })
+    Ok(Document::new(parser.objects))
 }
 
 impl Parser<'_> {
@@ -117,8 +121,10 @@ impl Parser<'_> {
         let file = whole.file;
         self.bytes += text.len() as u64;
         if self.bytes > MOST_BYTES {
-            let message = format!("the XML files of this scene are larger than {} MiB", MOST_BYTES >> 20);
-            return Err(self.reports.error(whole, message));
+            return Err(self.reports.error(whole, too_much_xml()));
+        }
+        if let Some((at, message)) = tags::problem(&text) {
+            return Err(self.reports.error(Place { file, at }, message));
         }
         let left = MOST_ELEMENTS - self.elements.min(MOST_ELEMENTS);
         // Beside elements there are texts between them, and comments.
@@ -141,6 +147,7 @@ impl Parser<'_> {
                 }
                 self.version(&element)?;
                 let scene = self.object(Tag::Scene, &element)?;
+                // What the names in it are says nothing, and nobody asks for them.
                 self.inside(root, scene, file, depth)
             }
             Some((object, _)) if element.name == "scene" => self.inside(root, object, file, depth),
@@ -159,7 +166,7 @@ impl Parser<'_> {
             Some(_) => {
                 let message = format!("this file is of Mitsuba {}", quote(version));
                 let help = "files of Mitsuba 2 and 3 are read; Mitsuba 3 itself converts older ones";
-                Err(self.reports.error_with(element.place, message, Some(help.into())))
+                Err(self.reports.error_with(element.place, message, || Some(help.into())))
             }
             None => {
                 let message = format!("version {} is none", quote(version));
@@ -181,7 +188,15 @@ impl Parser<'_> {
             let value = match attribute.value() {
                 plain if !plain.contains('$') => Cow::Borrowed(plain),
                 text => match self.variables.put_into(text) {
-                    Ok(value) if value.len() <= LONGEST_SUBSTITUTED => Cow::Owned(value),
+                    Ok(value) if value.len() <= LONGEST_SUBSTITUTED => {
+                        self.grown += value.len().saturating_sub(text.len()) as u64;
+                        if self.grown > MOST_GROWTH + self.bytes {
+                            let message =
+                                "the values of variables take more room than all files of the scene";
+                            return Err(self.reports.error(place, message));
+                        }
+                        Cow::Owned(value)
+                    }
                     Ok(_) => {
                         let message = format!("with its variables {} is too long", attribute.name());
                         return Err(self.reports.error(place, message));
@@ -189,7 +204,7 @@ impl Parser<'_> {
                     Err(name) => {
                         let message = format!("there is no variable {}", quote(&format!("${name}")));
                         let help = format!("-D {name}=VALUE gives it a value, or <default>");
-                        return Err(self.reports.error_with(place, message, Some(help)));
+                        return Err(self.reports.error_with(place, message, || Some(help)));
                     }
                 },
             };
@@ -204,7 +219,7 @@ impl Parser<'_> {
             None => Ok(()),
             Some((name, _)) => {
                 let message = format!("<{}> has no attribute {}", element.name, quote(name));
-                let help = instead(name, known.iter().copied());
+                let help = || instead(name, known.iter().copied());
                 Err(self.reports.error_with(element.place, message, help))
             }
         }
@@ -231,15 +246,7 @@ impl Parser<'_> {
         if !id.is_empty() && self.ids.insert(id.to_owned(), index).is_some() {
             return Err(self.reports.error(element.place, format!("two objects have the id {}", quote(id))));
         }
-        self.objects.push(Object {
-            tag,
-            plugin: plugin.to_owned(),
-            id: id.to_owned(),
-            place: element.place,
-            properties: Vec::new(),
-            folders: Arc::clone(&self.folders),
-            read: Cell::new(false),
-        });
+        self.objects.push(Object::new(tag, plugin, id, element.place, self.folders.clone()));
         Ok(index)
     }
 
@@ -275,8 +282,9 @@ impl Parser<'_> {
         let tag = if is_plugin { Some(Tag::Texture) } else { Tag::of(element.name) };
         if let Some(tag) = tag.filter(|&tag| tag != Tag::Scene) {
             let object = self.object(tag, &element)?;
-            self.property(parent, name, Value::Object(object), element.place)?;
-            return self.inside(node, object, file, depth);
+            self.property(parent, name, Value::Object(object), element.place);
+            let outcome = self.inside(node, object, file, depth);
+            return self.sorted(object).and(outcome);
         }
         let value = match element.name {
             "include" => return self.include(&element, parent, &name, depth),
@@ -284,6 +292,10 @@ impl Parser<'_> {
             "default" => {
                 self.only(&element, &["name", "value"])?;
                 let (name, value) = (self.needed(&element, "name")?, self.needed(&element, "value")?);
+                if name.is_empty() || name.contains('$') {
+                    let message = format!("a variable cannot be called {}", quote(name));
+                    return Err(self.reports.error(element.place, message));
+                }
                 self.variables.fall_back(name, value);
                 return Ok(());
             }
@@ -296,31 +308,33 @@ impl Parser<'_> {
                 self.references.push(Reference { object, property, id, place });
                 Value::Object(usize::MAX)
             }
-            "transform" => Value::Transform(self.transform(node, &element, file)?),
+            "transform" => Value::Transform(Box::new(self.transform(node, &element, file)?)),
             other if OTHERS.contains(&other) => self.value(&element)?,
             other => {
                 let message = format!("unknown element <{}>", quote(other).trim_matches('"'));
                 let known = Tag::ALL.iter().skip(1).map(|(name, _)| *name).chain(OTHERS);
-                return Err(self.reports.error_with(element.place, message, instead(other, known)));
+                return Err(self.reports.error_with(element.place, message, || instead(other, known)));
             }
         };
         if name.is_empty() && !matches!(value, Value::Object(_)) {
             return Err(self.reports.error(element.place, format!("<{}> has no name", element.name)));
         }
-        self.property(parent, name, value, element.place)
+        self.property(parent, name, value, element.place);
+        Ok(())
     }
 
-    /// Adds a property, whose name must be new.
-    fn property(&mut self, object: usize, name: String, value: Value, place: Place) -> Read<()> {
-        let owner = &mut self.objects[object];
-        // A scene has hundreds of thousands of objects, whose names say nothing.
-        let counts = !name.is_empty() && owner.tag != Tag::Scene;
-        if counts && owner.properties.iter().any(|property| property.name == name) {
-            let message = format!("{} is given twice", quote(&name));
-            return Err(self.reports.error(place, message));
+    /// Adds a property.
+    fn property(&mut self, object: usize, name: String, value: Value, place: Place) {
+        self.objects[object].properties.push(Property { name, value, place, used: false.into() });
+    }
+
+    /// Sorts the properties of an object, when all are there; their names must be different.
+    fn sorted(&mut self, object: usize) -> Read<()> {
+        let mut outcome = Ok(());
+        for Property { name, place, .. } in self.objects[object].sort() {
+            outcome = Err(self.reports.error(*place, format!("{} is given twice", quote(name))));
         }
-        owner.properties.push(Property { name, value, place, used: Cell::new(false) });
-        Ok(())
+        outcome
     }
 
     /// The value of an element that has one.
@@ -365,10 +379,7 @@ impl Parser<'_> {
             (Some(value), None) => Spectrum::parse(value),
             (None, Some(name)) => {
                 let path = self.find(name, place)?;
-                match limited(&path, LONGEST_SPECTRUM) {
-                    Ok(text) => Spectrum::of_file(&text).map_err(|error| format!("{}: {error}", quote(name))),
-                    Err(error) => Err(format!("{}: {error}", quote(name))),
-                }
+                self.contents.spectrum(&path).map_err(|error| format!("{}: {error}", quote(name)))
             }
             _ => Err("<spectrum> has either a value or a filename".into()),
         };
@@ -389,7 +400,7 @@ impl Parser<'_> {
                 None => {
                     let message = format!("<{}> is no step of a transform", step.name);
                     let known = ["translate", "scale", "rotate", "lookat", "matrix"];
-                    let help = instead(step.name, known.into_iter());
+                    let help = || instead(step.name, known.into_iter());
                     return Err(self.reports.error_with(step.place, message, help));
                 }
             }
@@ -421,15 +432,14 @@ impl Parser<'_> {
             return Err(self.reports.error(element.place, "<path> stands directly inside of <scene>"));
         }
         let own = self.reports.path(element.place.file).parent().unwrap_or(Path::new("")).join(value);
-        self.look_first_in(own, element.place)?;
-        Ok(())
+        self.look_first_in(&own, element.place)
     }
 
     fn include(&mut self, element: &Element<'_>, parent: usize, name: &str, depth: usize) -> Read<()> {
         self.only(element, &["filename", "name"])?;
         let file = self.needed(element, "filename")?;
         let path = self.find(file, element.place)?;
-        let text = match limited(&path, MOST_BYTES) {
+        let text = match self.contents.text(&path, MOST_BYTES - self.bytes.min(MOST_BYTES)) {
             Ok(text) => text,
             Err(error) => return Err(self.reports.error(element.place, format!("{}: {error}", quote(file)))),
         };
@@ -440,22 +450,20 @@ impl Parser<'_> {
             return Err(self.reports.error(element.place, message));
         }
         self.reports.included_by(index, element.place.file);
-        let before = Arc::clone(&self.folders);
-        self.look_first_in(path.parent().unwrap_or(Path::new("")).to_path_buf(), element.place)?;
+        let before = self.folders.clone();
+        self.look_first_in(path.parent().unwrap_or(Path::new("")), element.place)?;
         let outcome = self.file(text, Place { file: index, at: 0 }, Some((parent, name)), depth);
         self.folders = before;
         outcome
     }
 
     /// Adds a folder before those in which files are looked for.
-    fn look_first_in(&mut self, folder: PathBuf, place: Place) -> Read<()> {
-        if self.folders.len() >= MOST_FOLDERS {
+    fn look_first_in(&mut self, folder: &Path, place: Place) -> Read<()> {
+        if self.folders.count() >= MOST_FOLDERS {
             let message = format!("files are looked for in more than {MOST_FOLDERS} folders");
             return Err(self.reports.error(place, message));
         }
-        let mut folders = vec![folder];
-        folders.extend(self.folders.iter().cloned());
-        self.folders = Arc::new(folders);
+        self.folders = self.files.before(folder.to_path_buf(), &self.folders);
         Ok(())
     }
 
@@ -464,9 +472,9 @@ impl Parser<'_> {
         std::iter::successors(Some(file), |&file| self.reports.includer(file)).count()
     }
 
-    fn find(&mut self, name: &str, place: Place) -> Read<PathBuf> {
+    fn find(&mut self, name: &str, place: Place) -> Read<Arc<Path>> {
         let found = self.files.find(name, &self.folders);
-        found.map_err(|(message, help)| self.reports.error_with(place, message, help))
+        found.map_err(|(message, help)| self.reports.error_with(place, message, || help))
     }
 
     /// Puts objects in place of references, and makes sure that none contains itself and that they are not nested too
@@ -475,15 +483,12 @@ impl Parser<'_> {
         let mut outcome = Ok(());
         for Reference { object, property, id, place } in std::mem::take(&mut self.references) {
             match self.ids.get(&id) {
-                Some(&named) => {
-                    // A reference whose element was refused is not there.
-                    if let Some(property) = self.objects[object].properties.get_mut(property) {
-                        property.value = Value::Object(named);
-                    }
-                }
+                Some(&named) => self.objects[object].properties[property].value = Value::Object(named),
                 None => {
                     let message = format!("no object has the id {}", quote(&id));
-                    let help = instead(&id, self.ids.keys().map(String::as_str));
+                    // In the order of the file, so that the message is always the same.
+                    let ids = self.objects.iter().map(|object| object.id.as_str());
+                    let help = || instead(&id, ids.filter(|id| !id.is_empty()));
                     outcome = Err(self.reports.error_with(place, message, help));
                 }
             }

@@ -249,7 +249,78 @@ broken!(
 broken!(
     a_depth_below_all,
     "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>",
-    ["2:1: max_depth must be from −1 to 10001, not -2"]
+    ["2:1: max_depth must be −1, or 0 and above, not -2"]
+);
+broken!(
+    an_instance_in_a_group,
+    "<shape type=\"shapegroup\" id=\"a\"><shape type=\"cube\"/></shape>\n<shape type=\"shapegroup\" id=\"b\"><shape type=\"merge\"><shape type=\"instance\"><ref id=\"a\"/></shape></shape></shape>\n<shape type=\"instance\"><ref id=\"b\"/></shape>",
+    ["3:53: an instance stands in a group"]
+);
+broken!(
+    many_attributes,
+    &format!("<shape {}/>", (0..40).map(|i| format!("a{i}=\"\" ")).collect::<String>()),
+    ["2:1: an element has more than 32 attributes"]
+);
+broken!(a_namespace, "<shape xmlns:a=\"b\" type=\"sphere\"/>", ["2:1: namespaces of XML are not read"]);
+broken!(
+    a_variable_with_a_dollar_sign_in_its_name,
+    "<default name=\"a\\$b\" value=\"1\"/>",
+    ["2:1: a variable cannot be called \"a$b\""]
+);
+broken!(
+    a_variable_without_a_name,
+    "<default name=\"\" value=\"1\"/>",
+    ["2:1: a variable cannot be called \"\""]
+);
+broken!(
+    an_alias_of_nothing,
+    "<alias id=\"a\" as=\"b\"/>\n<bsdf type=\"diffuse\" id=\"a\"/>",
+    ["2:1: nothing before has the id \"a\""]
+);
+broken!(
+    an_alias_that_is_there_already,
+    "<bsdf type=\"diffuse\" id=\"a\"/>\n<alias id=\"a\" as=\"a\"/>",
+    ["3:1: two objects have the id \"a\""]
+);
+broken!(
+    an_index_below_zero,
+    "<shape type=\"sphere\"><bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"-1\"/></bsdf></shape>",
+    ["2:22: the indices of bsdf \"dielectric\" must be above 0"]
+);
+broken!(
+    a_blend_of_one,
+    "<shape type=\"sphere\"><bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/></bsdf></shape>",
+    ["2:22: bsdf \"blendbsdf\" needs two bsdfs in it"]
+);
+broken!(
+    a_bump_map_without_a_map,
+    "<shape type=\"sphere\"><bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf></shape>",
+    ["2:22: bsdf \"bumpmap\" has no texture in it"]
+);
+broken!(
+    a_normal_map_without_a_map,
+    "<shape type=\"sphere\"><bsdf type=\"normalmap\"><bsdf type=\"diffuse\"/></bsdf></shape>",
+    ["2:22: bsdf \"normalmap\" has no texture normalmap"]
+);
+broken!(
+    wavelengths_and_values_of_two_numbers,
+    "<emitter type=\"constant\"><texture type=\"irregular\" name=\"radiance\"><string name=\"wavelengths\" value=\"400 500\"/><string name=\"values\" value=\"1\"/></texture></emitter>",
+    ["2:26: 2 wavelengths and 1 values"]
+);
+broken!(
+    an_integrator_around_nothing,
+    "<integrator type=\"moment\"/>",
+    ["2:1: integrator \"moment\" has no integrator in it"]
+);
+broken!(
+    a_picture_that_is_not_there,
+    "<emitter type=\"envmap\"><string name=\"filename\" value=\"nowhere.exr\"/></emitter>",
+    ["2:24: there is no file \"nowhere.exr\" in the scene's folder, nor where <path> points"]
+);
+broken!(
+    an_include_that_is_not_there,
+    "<include filename=\"nowhere.xml\"/>",
+    ["2:1: there is no file \"nowhere.xml\" in the scene's folder, nor where <path> points"]
 );
 broken!(
     several_errors_are_told_at_once,

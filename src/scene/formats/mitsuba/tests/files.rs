@@ -154,3 +154,73 @@ fn environments_stand_as_in_mitsuba() {
     // Up is z then, and the middle column along −y.
     assert!((turned.rotate.to_degrees() + 90.0).abs() < 1e-4, "{}", turned.rotate);
 }
+
+#[test]
+fn an_element_may_be_included_as_often_as_a_file_has_room_for() {
+    let includes = "<include filename=\"b.xml\"/><include filename=\"./b.xml\"/>".repeat(10_000);
+    let main = format!("{START}{includes}</scene>");
+    let folder = folder(&[("scene/a.xml", &main), ("scene/b.xml", "<shape type=\"sphere\"/>")]);
+    assert_eq!(scene(folder.path()).entities.len(), 20_000);
+}
+
+#[test]
+fn one_spectrum_file_is_one_spectrum() {
+    let light = "<emitter type=\"point\"><spectrum name=\"intensity\" filename=\"s.spd\"/></emitter>";
+    let main = format!("{START}{}</scene>", light.repeat(500));
+    let samples: String = (0..50_000).map(|i| format!("{:.2} 1\n", 360.0 + f64::from(i) * 0.01)).collect();
+    let folder = folder(&[("scene/a.xml", &main), ("scene/s.spd", &samples)]);
+    assert_eq!(scene(folder.path()).lights.len(), 500);
+}
+
+#[test]
+fn broken_files_that_a_scene_names_are_told_where_it_names_them() {
+    let shape = |plugin: &str, file: &str| {
+        let main = format!(
+            "{START}<shape type=\"{plugin}\"><string name=\"filename\" value=\"{file}\"/></shape></scene>"
+        );
+        let folder = folder(&[
+            ("scene/a.xml", &main),
+            ("scene/b.ply", "ply\n"),
+            ("scene/b.obj", "v 1 x 2\n"),
+            ("scene/b.serialized", "x"),
+        ]);
+        std::fs::create_dir(folder.path().join("scene/c.ply")).expect("made");
+        errors(folder.path())
+    };
+    let at = |plugin: &str| format!("scene/a.xml:3:{}: ", 16 + plugin.len());
+    let told = [
+        ("ply", "b.ply", "scene/b.ply:"),
+        ("obj", "b.obj", "scene/b.obj: "),
+        ("serialized", "b.serialized", "scene/b.serialized: this is not a serialized mesh"),
+        ("ply", "c.ply", "scene/c.ply: "),
+    ];
+    for (plugin, file, message) in told {
+        let error = shape(plugin, file);
+        assert!(error.starts_with(&(at(plugin) + message)), "{error}");
+    }
+    let spectrum = |text: &str| {
+        let main = format!(
+            "{START}<emitter type=\"constant\"><spectrum name=\"radiance\" filename=\"s.spd\"/></emitter></scene>"
+        );
+        errors(folder(&[("scene/a.xml", &main), ("scene/s.spd", text)]).path())
+    };
+    let told = "scene/a.xml:3:26: \"s.spd\": line 2 is not a wavelength and a value";
+    assert_eq!(spectrum("400 1\n500\n"), told);
+    let long = format!("400 1\n500 2\n#{}", "x".repeat(1 << 20));
+    let told = "scene/a.xml:3:26: \"s.spd\": a file with a spectrum is larger than 1 MiB";
+    assert_eq!(spectrum(&long), told);
+    let picture = format!(
+        "{START}<emitter type=\"envmap\"><string name=\"filename\" value=\"p.png\"/></emitter></scene>"
+    );
+    let error = errors(folder(&[("scene/a.xml", &picture), ("scene/p.png", "x")]).path());
+    assert!(error.starts_with("scene/a.xml:3:24: scene/p.png: "), "{error}");
+    let broken = folder(&[
+        ("scene/a.xml", &format!("{START}<include filename=\"b.xml\"/></scene>")),
+        ("scene/b.xml", "<scene>\n</a>"),
+    ]);
+    assert!(
+        errors(broken.path()).starts_with("scene/b.xml:2:1: this is not XML"),
+        "{}",
+        errors(broken.path())
+    );
+}

@@ -60,7 +60,8 @@ fn there_are_only_so_many_elements() {
 
 #[test]
 fn files_are_looked_for_in_so_many_folders_only() {
-    let message = errors(&whole(&"<path value=\"a\"/>\n".repeat(100_000)));
+    let message =
+        errors(&whole(&(0..100_000).map(|i| format!("<path value=\"a{i}\"/>\n")).collect::<String>()));
     assert!(message[0].contains("files are looked for in more than 64 folders"), "{}", message[0]);
 }
 
@@ -72,4 +73,62 @@ fn variables_do_not_grow_without_end() {
     }
     let message = errors(&whole(&body));
     assert!(message[0].ends_with("with its variables value is too long"), "{message:?}");
+}
+
+#[test]
+fn values_of_variables_take_only_so_much_room() {
+    let long = format!("<default name=\"a\" value=\"{}\"/>", "x".repeat(1 << 16));
+    let text = |count: usize| whole(&format!("{long}{}", "<path value=\"$a\"/>\n".repeat(count)));
+    assert_eq!(super::read(&text(16)).scene.entities.len(), 0);
+    let told = "the values of variables take more room than all files of the scene";
+    let message = errors(&text(18));
+    assert!(message[0].ends_with(told), "{message:?}");
+}
+
+/// Work that grows as the square of these numbers would take minutes.
+const MANY: usize = 200_000;
+
+#[test]
+fn references_to_nothing_take_no_time() {
+    let ids: String = (0..MANY).map(|i| format!("<bsdf type=\"diffuse\" id=\"{i:065}\"/>\n")).collect();
+    let references: String = (0..MANY).map(|i| format!("<ref id=\"{i:064}\"/>\n")).collect();
+    let errors = errors(&whole(&(ids + &references)));
+    assert_eq!(errors.len(), 101, "a hundred errors, and how many more there are");
+}
+
+#[test]
+fn many_properties_of_an_object_take_no_time() {
+    let numbers: String = (0..MANY).map(|i| format!("<float name=\"n{i}\" value=\"0\"/>\n")).collect();
+    let shape =
+        format!("<shape type=\"sphere\" id=\"s\">{numbers}<float name=\"radius\" value=\"3\"/></shape>");
+    let named = "<shape type=\"merge\"><ref id=\"s\"/></shape>\n".repeat(MANY / 2);
+    let loaded = super::read(&whole(&(shape + &named)));
+    assert_eq!(loaded.scene.entities.len(), MANY / 2 + 1);
+    let last = loaded.warnings.last().expect("warnings").to_string();
+    assert_eq!(last, format!("a.xml: and {} more features without a counterpart", MANY - 50));
+    // The same names twice.
+    let twice = format!("<shape type=\"sphere\">{numbers}{numbers}</shape>");
+    let first = errors(&whole(&twice)).swap_remove(0);
+    assert!(first.ends_with("\"n0\" is given twice"), "{first}");
+}
+
+/// Each shape looks at its bsdf, which has many others in it.
+#[test]
+fn a_large_bsdf_of_many_shapes_takes_no_time() {
+    let inner = "<ref id=\"m\"/>".repeat(MANY);
+    let mask = format!("<bsdf type=\"diffuse\" id=\"m\"/><bsdf type=\"mask\" id=\"b\">{inner}</bsdf>");
+    let shapes = "<shape type=\"disk\"><ref id=\"b\"/></shape>".repeat(MANY / 2);
+    assert_eq!(super::read(&whole(&(mask + &shapes))).scene.entities.len(), MANY / 2);
+}
+
+/// Whether there is something in a group is known without a look at all that is in others.
+#[test]
+fn groups_of_nothing_take_no_time() {
+    let spheres = "<shape type=\"sphere\"/>".repeat(MANY / 2);
+    let group = |i: usize| {
+        format!("<shape type=\"shapegroup\" id=\"g{i}\"/><shape type=\"instance\"><ref id=\"g{i}\"/></shape>")
+    };
+    let groups: String = (0..MANY / 4).map(group).collect();
+    let scene = super::read(&whole(&(spheres + &groups))).scene;
+    assert_eq!((scene.entities.len(), scene.groups.len()), (MANY / 2, 0));
 }

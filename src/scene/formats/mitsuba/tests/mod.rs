@@ -1,6 +1,7 @@
 //! Whole scenes: what becomes of them, what is said of those that are wrong, and what is said of what has no counterpart.
 
 mod broken;
+mod converted;
 mod files;
 mod lacking;
 mod limits;

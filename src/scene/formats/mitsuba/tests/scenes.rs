@@ -151,6 +151,35 @@ fn instances_multiply_groups() {
 }
 
 #[test]
+fn an_instance_in_a_merge_stands_in_the_world() {
+    let scene = scene(
+        r#"<shape type="shapegroup" id="g"><shape type="sphere"/></shape>
+        <shape type="merge"><shape type="cube"/><shape type="instance"><ref id="g"/><transform name="to_world"><translate y="5"/></transform></shape></shape>"#,
+    );
+    assert_eq!((scene.entities.len(), scene.groups.len(), scene.instances.len()), (2, 1, 1));
+    assert!(near(scene.instances[0].transform.transform_point3(DVec3::X), [1.0, 5.0, 0.0]));
+    assert_eq!(scene.instances[0].within, None);
+}
+
+#[test]
+fn materials_of_shapes_without_any_are_made_once() {
+    let shapes = "<shape type=\"sphere\"/><shape type=\"rectangle\"/><shape type=\"disk\"><emitter type=\"area\"/></shape>";
+    // A grey one, one that is black from behind, and a black one.
+    for count in [1, 5] {
+        assert_eq!(scene(&shapes.repeat(count)).materials.len(), 3, "{count}");
+    }
+}
+
+#[test]
+fn a_checkerboard_of_light_is_not_one_of_reflectances() {
+    let scene = scene(
+        "<texture type=\"checkerboard\" id=\"t\"><spectrum name=\"color0\" value=\"300:0.5, 900:0.5\"/></texture><shape type=\"cube\"><bsdf type=\"diffuse\"><ref id=\"t\" name=\"reflectance\"/></bsdf><emitter type=\"area\"><ref id=\"t\" name=\"radiance\"/></emitter></shape>",
+    );
+    assert_eq!(scene.textures.len(), 2);
+    assert_ne!(scene.textures[0].kind, scene.textures[1].kind);
+}
+
+#[test]
 fn shapes_whose_uv_are_turned_or_that_are_squeezed_are_groups_of_one() {
     let of = |shape: &str, bsdf: &str| {
         let turned = r#"<transform name="to_world"><scale value="2"/><rotate x="1" angle="40"/></transform>"#;
@@ -294,6 +323,10 @@ fn integrators_say_how_far_paths_go() {
     };
     let path = |depth: i64| format!("type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/>");
     assert_eq!((depth(&path(-1)), depth(&path(1)), depth(&path(6))), (UNLIMITED, 0, 5));
+    assert_eq!(
+        (depth(&path(10_001)), depth(&path(10_002)), depth(&path(65_536))),
+        (10_000, UNLIMITED, UNLIMITED)
+    );
     assert_eq!(depth("type=\"direct\"><integer name=\"emitter_samples\" value=\"4\"/>"), 1);
 }
 

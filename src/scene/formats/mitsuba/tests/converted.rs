@@ -41,7 +41,7 @@ const KINDS: &[Kind] = &[
         ("<shape type='merge'><shape type='cube'/><shape type='sphere'/></shape>", "", &[""]),
         ("<shape type='shapegroup' id='g'><shape type='cube'/><shape type='disk'><transform name='to_world'><scale x='2'/></transform></shape></shape><shape type='cube'/><shape type='instance'><ref id='g'/>", "</shape>", &["", MOVED, SQUEEZED]),
         ("<shape type='shapegroup' id='g'><shape type='cube'/></shape><shape type='merge'><shape type='instance'><ref id='g'/>", "</shape></shape>", &["", MOVED]),
-        ("<shape type='linearcurve'>", "</shape>", &[""]),
+        ("<shape type='cube'/><shape type='linearcurve'>", "</shape>", &[""]),
     ]),
     ("<shape type='sphere'>", "</shape>", &[
         ("<bsdf type='diffuse'>", "</bsdf>", &["", "<rgb name='reflectance' value='0.1 0.2 0.3'/>", "<float name='reflectance' value='0.3'/>", "<spectrum name='reflectance' value='400:0.1, 700:0.9'/>", "<spectrum name='reflectance' filename='s.spd'/>", BOARD]),
@@ -97,7 +97,7 @@ const KINDS: &[Kind] = &[
 
 /// Sensors, which stand in the place of the one that other scenes have.
 #[rustfmt::skip]
-const SENSORS: Kind = ("", "", &[
+const SENSORS: Kind = ("<shape type='cube'/>", "", &[
     ("<sensor type='perspective'>", "</sensor>", &["", TURNED, "<float name='fov' value='33.3'/>", "<float name='fov' value='33.3'/><string name='fov_axis' value='x'/>", "<float name='fov' value='33.3'/><string name='fov_axis' value='y'/>", "<float name='fov' value='33.3'/><string name='fov_axis' value='diagonal'/>", "<float name='fov' value='33.3'/><string name='fov_axis' value='smaller'/>", "<float name='fov' value='33.3'/><string name='fov_axis' value='larger'/>", "<string name='focal_length' value='33mm'/>", "<float name='near_clip' value='0.3'/>", "<float name='far_clip' value='30'/>", "<float name='focus_distance' value='3'/>", "<float name='principal_point_offset_x' value='0.1'/>", "<float name='principal_point_offset_y' value='0.1'/>", "<float name='shutter_open' value='0'/>", "<float name='shutter_close' value='1'/>"]),
     ("<sensor type='thinlens'><float name='aperture_radius' value='0.1'/>", "</sensor>", &["", TURNED, "<float name='focus_distance' value='3.3'/>"]),
     ("<sensor type='orthographic'>", "</sensor>", &["", MOVED]),

@@ -170,7 +170,8 @@ impl Builder<'_, '_> {
             "y" => half(fov),
             _ => half(fov) / libm::sqrt(1.0 + aspect * aspect),
         };
-        Ok(2.0 * libm::atan(half_height))
+        // What a number of degrees becomes, so that there is one to be written in TOML.
+        Ok((2.0 * libm::atan(half_height)).to_degrees().to_radians())
     }
 
     fn film(&mut self, film: Option<&Object>) -> Read<Crop> {

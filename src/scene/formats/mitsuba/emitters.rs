@@ -148,7 +148,8 @@ impl Builder<'_, '_> {
             let what = "a to_world of emitter \"envmap\" that mirrors or shears";
             self.reports.lacks(object.place, what, "up and the middle column are right");
         }
-        let rotate = turn(up, ahead);
+        // What a number of degrees becomes, so that there is one to be written in TOML.
+        let rotate = turn(up, ahead).to_degrees().to_radians();
         let mut picture = EnvironmentPicture::of(file);
         (picture.scale, picture.rotate, picture.up) = ([scale; 3], rotate, up);
         self.scene.environment_picture = Some(picture);

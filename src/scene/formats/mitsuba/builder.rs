@@ -10,7 +10,7 @@ use crate::scene::description::{
 use crate::scene::images::{self, ImageCache};
 use crate::scene::mesh::cache::MeshCache;
 use glam::DAffine3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,6 +23,8 @@ pub(super) struct Builder<'a, 'w> {
     pub(super) meshes: MeshCache<'w>,
     /// Meshes that are made here, of files and otherwise, each once.
     pub(super) made: HashMap<MeshKey, Arc<Mesh>>,
+    /// Mesh files in which no triangle has an area.
+    pub(super) flat: HashSet<PathBuf>,
     /// Whether meshes have a border, by their addresses: they are all kept.
     pub(super) borders: HashMap<usize, bool>,
     images: ImageCache,
@@ -84,6 +86,7 @@ impl<'a, 'w> Builder<'a, 'w> {
             shapes: 0,
             meshes,
             made: HashMap::new(),
+            flat: HashSet::new(),
             borders: HashMap::new(),
             images: ImageCache::new(std::path::Path::new("")),
             materials: HashMap::new(),

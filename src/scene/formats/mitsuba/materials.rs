@@ -118,8 +118,8 @@ impl Builder<'_, '_> {
             let mirror = MirrorParameters { reflectance: bound.colour("reflectance", tint, 1.0) };
             return Ok(self.add_material(Some(object), object.place, mirror, bound.0));
         }
-        // The least η here reflects nearly everything.
-        let eta = eta.map(|eta| eta.max(1e-3));
+        // Only the squares of η and k count, and fits of spectra may be below 0; the least η here reflects nearly everything.
+        let (eta, k) = (eta.map(|eta| eta.abs().max(1e-3)), k.map(f64::abs));
         let tint = self.colour(object, "specular_reflectance", 1.0, Of::Reflectance)?;
         if tint != [1.0; 3] {
             let what = format!("specular_reflectance of {}", object.what());

@@ -13,6 +13,7 @@ use super::transform::uniform_scale;
 use crate::scene::description::Mesh;
 use crate::scene::mesh::Split;
 use crate::scene::mesh::cache::{Found, Unreadable};
+use crate::shape::MeshError;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::HashMap;
 use std::path::Path;
@@ -22,8 +23,8 @@ use std::sync::Arc;
 const MOST_EDGES: usize = 1 << 22;
 
 impl Builder<'_, '_> {
-    /// The mesh of a file, in its own space.
-    pub(super) fn mesh(&mut self, object: &Object, transform: DAffine3) -> Read<Formed> {
+    /// The mesh of a file, in its own space; none of a file in which no triangle has an area.
+    pub(super) fn mesh(&mut self, object: &Object, transform: DAffine3) -> Read<Option<Formed>> {
         let path = self.file(object, "filename")?;
         let place = object.find("filename").map_or(object.place, |property| property.place);
         let is_obj = object.plugin == "obj";
@@ -40,7 +41,8 @@ impl Builder<'_, '_> {
         if let Some(mesh) = self.made.get(&key) {
             let mesh = Arc::clone(mesh);
             let is_open = self.is_open(&mesh);
-            return self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open);
+            let source = (path, number, turned_uv);
+            return Ok(Some(self.with_normals(mesh, transform, face_normals, source, is_open)));
         }
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let mesh = if object.plugin == "serialized" {
@@ -50,7 +52,10 @@ impl Builder<'_, '_> {
             let message = format!("the file of {} must end in .{}", object.what(), object.plugin);
             return Err(self.reports.error(place, message));
         } else {
-            self.mesh_of_cache(&path, place)?
+            match self.mesh_of_cache(&path, place)? {
+                Some(mesh) => mesh,
+                None => return Ok(None),
+            }
         };
         let needs_change = turned_uv && !mesh.uv.is_empty() || face_normals && !mesh.normals.is_empty();
         let mesh = if needs_change {
@@ -67,7 +72,7 @@ impl Builder<'_, '_> {
         };
         self.made.insert(key, Arc::clone(&mesh));
         let is_open = self.is_open(&mesh);
-        self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open)
+        Ok(Some(self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open)))
     }
 
     /// Whether a mesh that is kept has a border.
@@ -75,7 +80,7 @@ impl Builder<'_, '_> {
         *self.borders.entry(Arc::as_ptr(mesh).addr()).or_insert_with(|| has_border(mesh))
     }
 
-    fn mesh_of_cache(&mut self, path: &Path, place: super::report::Place) -> Read<Arc<Mesh>> {
+    fn mesh_of_cache(&mut self, path: &Path, place: super::report::Place) -> Read<Option<Arc<Mesh>>> {
         let Some(name) = path.to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
@@ -83,10 +88,17 @@ impl Builder<'_, '_> {
             Ok(Found { file, notes }) => {
                 notes.into_iter().for_each(|note| self.reports.warn(place, note, None));
                 match file.parts.first() {
-                    Some((_, mesh)) => Ok(Arc::clone(mesh)),
+                    Some((_, mesh)) => Ok(Some(Arc::clone(mesh))),
                     None => Err(self.reports.error(place, "there is nothing in this file")),
                 }
             }
+            // Exporters write them, and Mitsuba renders a scene without them.
+            Err(Unreadable::First(error)) if error.message.starts_with(&MeshError::Flat.to_string()) => {
+                self.reports.warn(place, error.to_string(), Some("it is left out".into()));
+                self.flat.insert(path.into());
+                Ok(None)
+            }
+            Err(Unreadable::Again) if self.flat.contains(path) => Ok(None),
             Err(Unreadable::First(error)) => Err(self.reports.error(place, error.to_string())),
             Err(Unreadable::Again) => Err(self.reports.error(place, "this file cannot be read either")),
         }
@@ -101,9 +113,9 @@ impl Builder<'_, '_> {
         face_normals: bool,
         (path, number, turned_uv): (std::path::PathBuf, usize, bool),
         is_open: bool,
-    ) -> Read<Formed> {
+    ) -> Formed {
         if face_normals || !mesh.normals.is_empty() {
-            return Ok(Formed::mesh(mesh, transform, is_open));
+            return Formed::mesh(mesh, transform, is_open);
         }
         let keeps_angles = uniform_scale(&transform.matrix3).is_some();
         let linear = if keeps_angles { DMat3::IDENTITY } else { transform.matrix3 };
@@ -113,7 +125,7 @@ impl Builder<'_, '_> {
             let normals = normals(&mesh, &linear);
             Arc::new(Mesh { normals, ..(*mesh).clone() })
         });
-        Ok(Formed::mesh(Arc::clone(shaded), transform, is_open))
+        Formed::mesh(Arc::clone(shaded), transform, is_open)
     }
 }
 

@@ -43,7 +43,13 @@ impl Builder<'_, '_> {
             "disk" => self.disk(object, &transform),
             "cylinder" => self.cylinder(object, &transform)?,
             "cube" => Formed::mesh(self.cube(), transform, false),
-            "obj" | "ply" | "serialized" => self.mesh(object, transform)?,
+            "obj" | "ply" | "serialized" => match self.mesh(object, transform)? {
+                Some(formed) => formed,
+                None => {
+                    object.ignore_all();
+                    return Ok(());
+                }
+            },
             other => {
                 self.reports.lacks(object.place, format!("shape {}", quote(other)), "it is left out");
                 object.ignore_all();

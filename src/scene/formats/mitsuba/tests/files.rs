@@ -154,3 +154,20 @@ fn environments_stand_as_in_mitsuba() {
     // Up is z then, and the middle column along −y.
     assert!((turned.rotate.to_degrees() + 90.0).abs() < 1e-4, "{}", turned.rotate);
 }
+
+#[test]
+fn meshes_of_which_nothing_can_be_seen_are_left_out() {
+    let shape =
+        "<shape type=\"obj\"><string name=\"filename\" value=\"b.obj\"/><bsdf type=\"diffuse\"/></shape>\n";
+    let main = format!("{START}{shape}{shape}<shape type=\"sphere\"/></scene>");
+    let write = |obj: &str| folder(&[("scene/a.xml", main.as_str()), ("scene/b.obj", obj)]);
+    let flat = write("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    let loaded = load_with(flat.path(), &LoadOptions { strict: true, ..LoadOptions::default() });
+    let loaded = loaded.unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(loaded.scene.entities.len(), 1);
+    let told: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    let of_mesh: Vec<_> = told.iter().filter(|warning| warning.contains("zero area")).collect();
+    assert!(of_mesh.len() == 1 && of_mesh[0].ends_with("it is left out"), "{told:?}");
+    // A file without any triangle is a wrong one.
+    assert!(errors(write("v 0 0 0\n").path()).contains("there is no triangle in it"));
+}

@@ -192,6 +192,11 @@ fn materials_have_the_counterparts_of_their_plugins() {
         }
         other => panic!("{other:?}"),
     }
+    // Of a fit below 0 the square counts.
+    match of("type=\"conductor\"><rgb name=\"eta\" value=\"1 2 3\"/><rgb name=\"k\" value=\"-0.5 1 2\"/>") {
+        MaterialKind::Conductor(metal) => assert_eq!(metal.k, Some([0.5, 1.0, 2.0])),
+        other => panic!("{other:?}"),
+    }
     match of(
         "type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/><float name=\"alpha_u\" value=\"0.04\"/><float name=\"alpha_v\" value=\"0.01\"/><spectrum name=\"eta\" value=\"2\"/><rgb name=\"k\" value=\"1 2 3\"/>",
     ) {

@@ -1,16 +1,16 @@
-//! How many samples a second the accumulator takes, and how many sixteen workers would send.
+//! Measures the samples per second that the accumulator takes, and those that sixteen workers would send.
 //!
 //! ```sh
 //! cargo bench --bench accumulator
 //! ```
 //!
-//! A real worker carries out an order for every share that sixteen workers have; its messages are kept. Then the
-//! accumulator runs as in a render, and whatever it orders is answered with the messages of that share. What it takes
-//! is samples over the time that its thread computed, as the system counts it: waiting is not in it, nor is a busy
-//! machine. The same clock times the worker.
+//! First a worker carries out an order for each share of sixteen workers, and its messages are recorded. Then the
+//! accumulator runs as in a render, and each of its orders is answered with the recorded messages of that share. Its speed
+//! is the number of samples divided by the processor time of its thread, which contains neither waiting nor the work of
+//! other programs. The speed of the worker is measured with the same clock.
 //!
-//! Orders are as long as sixteen workers get them, half a second's work for all, and as short as the first are, one
-//! sample a pixel. Exits with 1 if the accumulator would be the limit with long ones.
+//! Orders are measured in two lengths: half a second of work for all sixteen workers, as in a long render, and one sample
+//! per pixel, as in the first orders. The exit code is 1 if the accumulator would be the limit with long orders.
 
 use crossbeam_channel::{bounded, never, unbounded};
 use std::collections::HashMap;
@@ -28,19 +28,19 @@ use stride::world::{self, AcceleratorChoice, World};
 
 const WORKERS: usize = 16;
 
-/// How long the longest orders take all workers, in seconds: see `src/render/schedule.rs`.
+/// The time in seconds that the longest orders take all workers: see `src/render/schedule.rs`.
 const BARRIER: f64 = 0.5;
 
-/// The most samples in an order, likewise.
+/// The maximum number of samples in an order: see there.
 const LONGEST: u32 = 256;
 
-/// Samples that the accumulator is given in all, at least.
+/// The minimum number of samples that the accumulator gets in all.
 const SAMPLES: u64 = 200_000_000;
 
-/// The most of them whose messages hold every one: these are kept in memory, 28 bytes each.
+/// The maximum number of samples in recorded messages that contain each sample, of 28 bytes.
 const MOST_DUMPED: u32 = 8_000_000;
 
-/// Seconds that this thread has computed.
+/// The processor time of this thread in seconds.
 fn computed() -> f64 {
     let text =
         std::fs::read_to_string("/proc/thread-self/schedstat").expect("a Linux that counts threads' time");
@@ -48,7 +48,7 @@ fn computed() -> f64 {
     nanoseconds as f64 * 1e-9
 }
 
-/// What is rendered, and what is wanted of it.
+/// A scene and the kind of messages.
 struct Case {
     region: Region,
     integrator: Box<dyn Integrator>,
@@ -86,8 +86,8 @@ impl Case {
         }
     }
 
-    /// The messages of an order of so many samples for each share, by the share's first place; and how many samples a
-    /// worker makes in a second.
+    /// The messages of an order of `samples` for each share, by the first index of the share; and the samples per
+    /// second of a worker.
     fn messages(&self, samples: u32, shares: Option<usize>) -> (HashMap<u32, Vec<SampleBatch>>, f64) {
         let mut schedule = self.schedule();
         let all = schedule.shares() / WORKERS;
@@ -122,7 +122,7 @@ impl Case {
         (kept, paths as f64 / seconds)
     }
 
-    /// Samples a second that the accumulator takes in such messages.
+    /// The samples per second that the accumulator takes with these messages.
     fn taken(&self, messages: &HashMap<u32, Vec<SampleBatch>>) -> f64 {
         let Region { width, height, .. } = self.region;
         let layout = Layout { weighted: self.splatter.is_some(), ..Layout::plain(width, height) };
@@ -170,14 +170,14 @@ impl Case {
     }
 }
 
-/// What workers send.
+/// The kind of messages that workers send.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// Sums over strides: an importance film.
     Sums,
     /// Sums over bands of rows: a continuous film, `mitchell`.
     Bands,
-    /// Sums, and every sample: for `--samples`.
+    /// Sums, and each sample, as for `--samples`.
     Dumped,
 }
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# What filters cost and what they bring: samples a second of each against box, on the fastest scene and on the room,
-# what the accumulator has to do, and the error at equal samples. Run on a quiet machine, after cargo build --release.
+# Cost and error of filters: the samples per second of each relative to box, on the fastest scene and on the room, the
+# load of the accumulator, and the error at equal samples. Run on a quiet machine, after cargo build --release.
 #
 #   benches/filters.sh [rounds]
-#   benches/filters.sh --try        small pictures and few samples: shows that the script works
+#   benches/filters.sh --try        small pictures and few samples, to test the script
 set -euo pipefail
 shopt -s inherit_errexit
 cd "$(dirname "$0")/.."
@@ -19,7 +19,7 @@ films=("box importance" "box continuous" "tent importance" "tent continuous" "ga
 field() { sed -n "s/.*\"$1\": \([0-9.e-]*\).*/\1/p" "$2"; }
 median() { sort -g | awk '{ a[NR] = $1 } END { print (NR % 2) ? a[(NR + 1) / 2] : (a[NR / 2] + a[NR / 2 + 1]) / 2 }'; }
 
-# Rounds go through all films, so that a slow minute falls on each of them.
+# Each round measures all films, so that a slow minute affects all of them.
 cost() {
     local scene=$1 integrator=$2 spp=$3
     if [ -n "$try" ]; then spp=2; fi

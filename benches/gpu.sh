@@ -1,20 +1,19 @@
 #!/usr/bin/env bash
-# What the GPU worker promises, measured on the machine that runs this:
+# Measures the GPU worker against its performance goals:
 #
-#   1. the cover, path-naive, 1920×1080: at least 10⁹ samples/s on the GPU, and beside it, without a promise, what is
-#      left of them on a continuous film;
+#   1. the cover, path-naive, 1920×1080: at least 10⁹ samples/s on the GPU; also, without a goal, on a continuous film;
 #   2. room, path, 1920×1080: the GPU at least 20 times as fast as all the CPU's cores together;
-#   3. the cover with --device all: within 5% of the sum of both devices, or faster;
+#   3. the cover with --device all: at least 95% of the sum of both devices;
 #   4. the CPU's linearity: 1, 2, 4, 8, 16 threads, at least 0.95 at the end; the plot goes to docs/threads.svg;
 #   5. mesh, a bumpy ball of 1.3 million triangles in a box, path, 1920×1080: the GPU at least 20 times as fast as all
 #      the CPU's cores together. The ball is made here, which needs python3.
 #
-# It prints a table and exits with 1 if a promise is not kept. The figures of 1, 2 and 5 are promised for an NVIDIA
-# H200 beside 16 CPU cores; elsewhere they are just figures.
+# It prints a table and exits with 1 if a goal is missed. Goals 1, 2 and 5 apply to an NVIDIA H200 with 16 CPU cores;
+# elsewhere the figures are for comparison only.
 #
 #   benches/gpu.sh                 everything, about seven minutes
 #   benches/gpu.sh --device NAME   on the adapter whose name contains NAME
-#   benches/gpu.sh --try           short and small, on whatever adapter there is: shows that the script works
+#   benches/gpu.sh --try           short and small, on any adapter, to test the script
 set -euo pipefail
 shopt -s inherit_errexit
 cd "$(dirname "$0")/.."
@@ -33,7 +32,7 @@ stats=$(mktemp)
 scratch=$(mktemp -d)
 trap 'rm -rf "$stats" "$scratch"' EXIT
 
-# The program that is measured, if it is built already.
+# The program to measure.
 if [ -z "${STRIDE:-}" ]; then cargo build --release --quiet; fi
 stride=${STRIDE:-target/release/stride}
 "$stride" info --devices
@@ -42,7 +41,7 @@ if [ -z "$try" ] && ! "$stride" info --devices | grep -Eq '^  kind +(discrete|in
     exit 1
 fi
 
-# A ball of 12·squares² triangles, pushed in and out.
+# A bumpy ball of 12·squares² triangles.
 python3 - "$squares" "$scratch/ball.ply" <<'EOF'
 import math, struct, sys
 
@@ -99,7 +98,7 @@ red = { type = "matte", reflectance = [0.63, 0.065, 0.05] }
 green = { type = "matte", reflectance = [0.14, 0.45, 0.091] }
 EOF
 
-# Samples a second: the median of a few runs. Arguments: device, scene, what else.
+# Samples per second: the median of a few runs. Arguments: device, scene, further options.
 rate() {
     local device=$1 scene=$2
     shift 2
@@ -112,7 +111,7 @@ rate() {
 }
 
 kept=0
-# A line of the table. Arguments: what, figure, bound.
+# A line of the table. Arguments: description, figure, bound.
 verdict() {
     if awk -v a="$2" -v b="$3" 'BEGIN { exit !(a >= b) }'; then word=kept; else word=MISSED kept=1; fi
     printf '%-58s %14.4g  at least %-8.4g %s\n' "$1" "$2" "$3" "$word"

@@ -1,14 +1,14 @@
-//! Ten thousand small lamps over a floor with boxes: what choosing lights by their importance brings beside
-//! choosing any, at equal time, and how it compares with ten lamps of the same power.
+//! Ten thousand small lamps over a floor with boxes: the efficiency of choosing lights by importance and by equal
+//! probability, and that of ten lamps with the same total power.
 //!
 //! ```sh
 //! cargo bench --bench lights                        # the table
 //! cargo bench --bench lights -- --write lamps.toml  # the scene, for `stride render` and benches/lights.py
 //! ```
 //!
-//! Efficiency is 1/(variance × seconds); the variance is half the squared difference of two renders with different
-//! seeds, relative to their mean (plus 0.01 under the root), over all pixels but the worst 0.5%. Only light from
-//! surfaces counts: whether a camera ray meets a lamp smaller than its pixel has nothing to do with choosing lights.
+//! Efficiency is 1/(variance × seconds). The variance is half the squared difference of two renders with different seeds,
+//! relative to their mean (plus 0.01 under the root), over all pixels except the worst 0.5%. Only light from surfaces
+//! counts, because the choice of lights does not affect lamps that camera rays hit.
 
 use rand::RngExt;
 use std::fmt::Write as _;
@@ -24,7 +24,7 @@ use stride::world::{self, AcceleratorChoice, World};
 
 const SAMPLES: u32 = 64;
 
-/// The scene with so many lamps, which give the same light together however many they are.
+/// The scene with a number of lamps, whose total power does not depend on the number.
 fn pose(lamps: u32) -> String {
     let stream = &mut Stream::new(2018, 0, 0);
     let mut text = String::from(
@@ -37,7 +37,7 @@ fn pose(lamps: u32) -> String {
          lamp = { type = \"matte\", reflectance = [0, 0, 0] }\n",
     );
     let mut quad = |corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: &str| {
-        // Writing to a string can't fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "[[entities]]\nshape = {{ type = \"quad\", corner = {corner:?}, u = {u:?}, v = {v:?} }}\nmaterial = \"{material}\""
@@ -63,7 +63,7 @@ fn pose(lamps: u32) -> String {
     for _ in 0..lamps {
         let mut any = |from: f64, to: f64| stream.random_range(from..to);
         let (x, y, z) = (any(-9.0, 9.0), any(-9.0, 9.0), any(0.2, 3.0));
-        // A few are much brighter than most.
+        // A few lamps are much brighter than most.
         let power = 1000.0 * any(0.2, 1.0) / any(0.05, 1.0);
         let [r, g, b] = [any(0.3, 1.0), any(0.3, 1.0), any(0.3, 1.0)].map(|c| c * power);
         let _ = writeln!(
@@ -85,7 +85,7 @@ fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> Box<dyn Int
     integrator::path(NextEvent::default(), scene, world, settings)
 }
 
-/// The picture, and how many seconds it took with all cores.
+/// The picture, and its render time in seconds on all cores.
 fn render(scene: &Scene, tracer: &dyn Integrator) -> (Vec<[f64; 3]>, f64) {
     let region = Region::whole(scene.film.width, scene.film.height);
     let level = Level::available()[0];
@@ -121,8 +121,8 @@ fn render(scene: &Scene, tracer: &dyn Integrator) -> (Vec<[f64; 3]>, f64) {
     (picture, start.elapsed().as_secs_f64())
 }
 
-/// The light that comes from surfaces, and how many seconds the whole picture took: the same camera rays tell what is
-/// seen of the lamps themselves.
+/// The light from surfaces, and the render time of the picture in seconds. Emission that camera rays hit directly is
+/// subtracted, which the same camera rays determine.
 fn render_lit(scene: &Scene, seed: u32, evenly: bool) -> (Vec<[f64; 3]>, f64) {
     let (mut picture, seconds) = render(scene, &*tracer(scene, seed, evenly, scene.render.max_depth));
     let (lamps, _) = render(scene, &*tracer(scene, seed, evenly, 0));
@@ -132,7 +132,7 @@ fn render_lit(scene: &Scene, seed: u32, evenly: bool) -> (Vec<[f64; 3]>, f64) {
     (picture, seconds)
 }
 
-/// Relative variance of a sample of two pictures, without the worst 0.5% of pixels.
+/// The relative variance of a sample, from two pictures, without the worst 0.5% of pixels.
 fn variance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let mut errors: Vec<f64> = a
         .iter()

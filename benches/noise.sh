@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
-# Whether `--noise` delivers what it says: the true figure of renders that ended at an error, against a converged
-# picture with the same filter. That has at least 14 times the samples of each, so that its own error makes a figure 4%
-# larger at most; they are other samples. After cargo build --release; an hour on one thread, on a machine as busy as it
-# may be.
+# The true error of renders that ended by `--noise`, against a converged picture with the same filter and another seed.
+# That picture has at least 14 times as many samples, so that its own error increases the result by at most 4%. Run after
+# cargo build --release. It takes an hour on one thread. Other load on the machine does not affect the result.
 #
 #   benches/noise.sh [size]
-#   benches/noise.sh --try        small pictures and large errors: shows that the script works
+#   benches/noise.sh --try        small pictures and large errors, to test the script
 set -euo pipefail
 shopt -s inherit_errexit
 cd "$(dirname "$0")/.."
@@ -17,7 +16,7 @@ trap 'rm -rf "$folder"' EXIT
 
 field() { sed -n "s/^ *\"$1\": \([0-9.e-]*\).*/\1/p" "$folder/a.json"; }
 
-# Arguments: scene, filter, mode, converged samples, errors to ask for.
+# Arguments: scene, filter, mode, converged samples, requested errors.
 promise() {
     if [ -n "$try" ]; then set -- "$1" "$2" "$3" 64 0.5; fi
     local scene=$1 converged=$4 film=(--filter "$2" --film-mode "$3" --size "$size" -q --headless)

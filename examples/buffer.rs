@@ -1,4 +1,4 @@
-//! Renders a scene that is built in code into memory, and writes it to standard output as a PPM picture:
+//! Renders a scene that is built in code to memory, and writes it to standard output as a PPM picture:
 //!
 //! ```sh
 //! cargo run --release --example buffer > ball.ppm
@@ -22,7 +22,7 @@ pub fn scene() -> Scene {
     scene
 }
 
-/// A picture of a scene with so many samples a pixel, as a PPM file.
+/// A picture of a scene with `samples` samples per pixel, as a PPM file.
 pub fn ppm(scene: &Scene, samples: u32) -> Result<Vec<u8>, Error> {
     let report = Render::new(scene).size((320, 240)).samples(samples).run()?;
     let mut file = b"P6\n320 240\n255\n".to_vec();

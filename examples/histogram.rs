@@ -1,4 +1,4 @@
-//! Counts the samples of a scene file by their brightness, which a picture, a mean of them, does not show:
+//! Prints a histogram of the brightness of a scene's samples:
 //!
 //! ```sh
 //! cargo run --release --example histogram -- scenes/cover.toml
@@ -6,11 +6,12 @@
 
 use stride::{Error, Render, Scene};
 
-/// Powers of two that are told apart, the least of them, and how many there are.
+/// The exponents of the histogram's bins: the lowest one, and their number.
 const LEAST: i32 = -12;
 const POWERS: usize = 24;
 
-/// How many samples have a brightest channel from 2ⁿ to 2ⁿ⁺¹ W·m⁻²·sr⁻¹, for n from [`LEAST`] on, and how many are black.
+/// The number of samples whose brightest channel is from 2ⁿ to 2ⁿ⁺¹ W·m⁻²·sr⁻¹, for n from [`LEAST`] on, and the number
+/// of black samples.
 pub fn histogram(scene: &Scene, samples: u32) -> Result<([u64; POWERS], u64), Error> {
     let (mut counts, mut black) = ([0; POWERS], 0);
     Render::new(scene).size((160, 120)).samples(samples).run_with_samples(|samples| {

@@ -1,4 +1,4 @@
-//! Renders a scene file with a progress bar of its own, for ten seconds at most, and writes the picture:
+//! Renders a scene file with its own progress bar, for at most ten seconds, and writes the picture:
 //!
 //! ```sh
 //! cargo run --release --example progress -- scenes/cover.toml cover.png
@@ -9,10 +9,10 @@ use stride::{Error, Event, Render, RenderHandle, Report, Scene};
 
 const WIDTH: usize = 40;
 
-/// Draws a bar as a render goes on, and stops the render after so many seconds.
+/// Draws a progress bar, and stops the render after `seconds`.
 pub fn watch(mut render: RenderHandle, seconds: f64, out: &mut impl Write) -> Result<Report, Error> {
     for event in render.events() {
-        // A terminal that has gone is no reason to end.
+        // The render continues without a terminal.
         let _ = match event {
             Event::Progress(progress) => {
                 if progress.seconds > seconds {

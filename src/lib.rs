@@ -4,14 +4,15 @@
 //! use stride::{Layer, Render, Scene};
 //!
 //! let scene = Scene::load("scenes/cover.toml")?;
-//! let report = Render::new(&scene).size((64, 48)).samples(4).threads(2).layers([Layer::Depth]).run()?;
-//! let [red, green, blue] = report.picture.rgb[0]; // linear radiance, row by row from the top left
+//! let render = Render::new(&scene).size((64, 48)).samples(4).layers([Layer::Depth]);
+//! let report = render.run()?;
+//! let [red, green, blue] = report.picture.rgb[0]; // linear radiance, upper left pixel
 //! let depth = &report.layer(Layer::Depth)[0].values;
-//! # let folder = tempfile::tempdir().unwrap();
-//! # let path = |name: &str| folder.path().join(name);
+//! # let folder = tempfile::tempdir()?;
+//! # let file = folder.path().join("cover.exr");
 //! # assert!(red >= 0.0 && green >= 0.0 && blue >= 0.0 && depth.len() == 64 * 48);
-//! report.save(path("cover.exr"))?; // or .png, .hdr
-//! # assert!(path("cover.exr").exists());
+//! report.save(&file)?; // .exr, .png or .hdr
+//! # assert!(file.exists());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -7,8 +7,8 @@ mod common;
 
 use common::blocks::compare;
 use common::scenes::{
-    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, gallery, glass, matte, mirror, modified,
-    plane, point_light, quad, scene, sized, smallpt, sphere, v,
+    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, gallery, glass, glow, matte, mirror,
+    modified, plane, point_light, quad, scene, sized, smallpt, sphere, v,
 };
 use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
 use stride::light::Falloff;
@@ -180,7 +180,7 @@ fn with_rough_surfaces_and_a_sun() {
     agree(rough_surfaces(), [4096, 512]);
 }
 
-/// A sheet and a box that emit textures and are sampled, and a sphere whose light is only hit by chance.
+/// A sheet, a box and a sphere that emit textures.
 fn textured_lights() -> Scene {
     let mut scene = gallery(64, 48);
     let textured = |entity| Entity { emission_texture: Some(13), ..entity };
@@ -201,6 +201,11 @@ fn textured_lights() -> Scene {
 #[test]
 fn with_lights_that_are_textures() {
     agree(textured_lights(), [2048, 512]);
+}
+
+#[test]
+fn with_textured_lights_of_all_shapes_and_a_second_set_of_uv() {
+    agree(glow(64, 48), [1536, 1024]);
 }
 
 #[test]

@@ -110,11 +110,22 @@ fn what_is_no_toml_is_not_written_and_toml_has_no_variables() {
     assert_eq!(output.status.code(), Some(2));
     fs::write(folder.path().join("b.toml"), "").expect("written");
     for (more, message) in [
-        (["-D", "spp=3"], "b.toml: a scene file in TOML has no variables, and \"spp\" is given"),
-        (["--camera", "front"], "b.toml: a scene file in TOML has one camera, and \"front\" is asked for"),
+        (["-D", "spp=3"], "has no variables; leave out -D spp, and change the value in the file"),
+        (["--camera", "front"], "has one camera; leave out --camera front"),
     ] {
-        let output = stride(folder.path(), &[&["check", "b.toml"][..], &more].concat());
-        assert_eq!(output.status.code(), Some(1));
-        assert!(String::from_utf8_lossy(&output.stderr).contains(message), "{output:?}");
+        let commands: [&[&str]; 6] = [
+            &["check"],
+            &["info"],
+            &["trace", "--pixel", "0,0"],
+            &["render", "--headless"],
+            &["bench", "noise"],
+            &["convert", "-o", "c.toml"],
+        ];
+        for command in commands {
+            let output = stride(folder.path(), &[command, &["b.toml"], &more].concat());
+            assert_eq!(output.status.code(), Some(2), "{command:?}");
+            let told = format!("b.toml: a scene file in TOML {message}");
+            assert!(String::from_utf8_lossy(&output.stderr).contains(&told), "{command:?}: {output:?}");
+        }
     }
 }

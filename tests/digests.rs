@@ -50,6 +50,7 @@ fn scenes() -> Vec<(String, Scene)> {
     let built = [
         ("built: bazaar", bazaar(width, height)),
         ("built: gallery", gallery(width, height)),
+        ("built: glow", glow(width, height)),
         ("built: interiors", interiors(width, height)),
         ("built: meshes", mesh_room(width, height)),
         ("built: modified", modified(width, height)),

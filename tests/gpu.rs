@@ -76,6 +76,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
     let (width, height) = (scene.film.width, scene.film.height);
     let (compiled, surfaces) = compile(scene, width, height).unwrap();
     let world = World::new(&surfaces, AcceleratorChoice::Fastest);
+    let compiled = compiled.with_camera_media(&world);
     let region = Region::whole(width, height);
     let (batches_out, batches) = bounded(2 * workers as usize);
     let (_changes_out, changes) = bounded(1);

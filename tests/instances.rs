@@ -62,7 +62,8 @@ fn pebbles(nudge: f64, lamp: f64) -> Scene {
 fn tracer(scene: &Scene, accelerator: AcceleratorChoice, sharing: usize) -> Box<dyn integrator::Integrator> {
     let (compiled, surfaces) = compile_sharing(scene, scene.film.width, scene.film.height, sharing).unwrap();
     let (world, offset) = (World::new(&surfaces, accelerator), film_offset(&scene.film));
-    integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
+    let compiled = Arc::new(compiled.with_camera_media(&world));
+    integrator::build(&scene.render, offset, compiled, Arc::new(world))
 }
 
 fn samples(

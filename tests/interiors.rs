@@ -3,10 +3,17 @@
 mod common;
 
 use common::scenes::{
-    cuboid, dielectric, emitting, glass, interiors, matte, point_light, quad, scene, sphere, v,
+    cuboid, dielectric, emitting, glass, icosphere, interiors, matte, mesh, point_light, quad, scene, sphere,
+    v,
 };
 use common::{blocks::compare, estimate, for_each_sample};
-use stride::scene::{Entity, Integrator, Material, Modifiers, Scene};
+use stride::integrator::{Event, FirstHit, Passage, Paths};
+use stride::math::lanes::Level;
+use stride::sampling::{Pixel, Region};
+use stride::scene::{
+    ConductorParameters, DielectricParameters, Entity, Integrator, Material, MaterialKind, Modifiers, Scene,
+};
+use stride::world::{AcceleratorChoice, World, compile};
 
 /// Absorption coefficients of red, green and blue.
 const SIGMA: [f64; 3] = [0.0, 0.3, 1.5];
@@ -177,6 +184,115 @@ fn overlapping_water_and_glass_equal_touching_ones() {
     // Paths agree with `whitted`.
     let axis = along_the_axis(overlapping(2, 1));
     show(&axis, means(&axis, Integrator::Whitted, 1).map(|(mean, _)| mean)).unwrap();
+}
+
+#[test]
+fn traces_record_surfaces_that_are_not_interfaces() {
+    // On the straight way, the water begins and ends within the walls.
+    for integrator in [Integrator::Whitted, Integrator::Path, Integrator::PathNaive] {
+        let most_passed = |priorities: [u32; 2]| {
+            let mut scene = along_the_axis(overlapping(priorities[0], priorities[1]));
+            scene.render.integrator = integrator;
+            let integrator = common::integrator(&scene);
+            let passed = |sample| {
+                let (_, events) = integrator.explain(Pixel { index: 0, x: 0, y: 0 }, sample);
+                let none = Event::Pass { through: Passage::NoInterface };
+                events.iter().filter(|event| **event == none).count()
+            };
+            (0..8).map(passed).max()
+        };
+        assert!(most_passed([2, 1]) >= Some(2), "{integrator:?}");
+        assert_eq!(most_passed([0, 0]), Some(0), "{integrator:?}");
+    }
+}
+
+/// The first hits of a scene's samples.
+fn first_hits(scene: &Scene) -> Vec<FirstHit> {
+    let region = Region::whole(scene.film.width, scene.film.height);
+    let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
+    let mut hits = Vec::new();
+    let paths = Paths { pixels: &pixels, first_sample: 0, samples: 2 };
+    common::integrator(scene).first_hits(Level::available()[0], &paths, &mut hits);
+    hits
+}
+
+#[test]
+fn first_hits_are_those_of_interfaces() {
+    // In water, before a block of a lower priority that nobody sees, with a matte wall behind.
+    let seen = |priority| {
+        let water = cuboid(v(-9.0, -50.0, -50.0), v(9.0, 50.0, 50.0), 0);
+        let block = cuboid(v(2.0, -40.0, -40.0), v(3.0, 40.0, 40.0), 1);
+        let wall = quad(v(5.0, -45.0, -45.0), v(0.0, 90.0, 0.0), v(0.0, 0.0, 90.0), 2);
+        let materials =
+            vec![dielectric(1.33, 0.0, 2, SIGMA), dielectric(1.5, 0.0, priority, SIGMA), matte([0.5; 3])];
+        first_hits(&before_a_wall(materials, vec![water, block, wall]))
+    };
+    assert!(seen(1).iter().all(|hit| hit.entity == 2 && (hit.depth - 5.0).abs() < 1e-4), "{:?}", seen(1)[0]);
+    assert!(seen(3).iter().all(|hit| hit.entity == 1 && (hit.depth - 2.0).abs() < 1e-4), "{:?}", seen(3)[0]);
+}
+
+#[test]
+fn metals_and_sheets_reflect_by_their_index_relative_to_the_medium() {
+    // Seen from inside a medium with a priority, at nearly normal incidence, without absorption.
+    let mirrored = |around: f64, thing: Material| {
+        let medium = cuboid(v(-50.0, -50.0, -50.0), v(50.0, 50.0, 50.0), 0);
+        let plate = quad(v(2.0, -40.0, -40.0), v(0.0, 80.0, 0.0), v(0.0, 0.0, 80.0), 1);
+        let lamp = quad(v(-20.0, -45.0, -45.0), v(0.0, 90.0, 0.0), v(0.0, 0.0, 90.0), 2);
+        let materials = vec![dielectric(around, 0.0, 1, [0.0; 3]), thing, matte([0.0; 3])];
+        let mut scene = along_the_axis(scene(materials, vec![medium, plate, emitting(lamp, 1.0)]));
+        scene.render.max_depth = 1;
+        scene
+    };
+    let of = |kind: MaterialKind| Material { name: "thing".into(), kind, ..Material::default() };
+    let (eta, k) = ([0.2, 0.9, 1.1], [3.9, 2.4, 2.2]);
+    let metal =
+        of(ConductorParameters { metal: None, eta: Some(eta), k: Some(k), roughness: [0.0; 2] }.into());
+    let of_metal = |around: f64| {
+        [0, 1, 2].map(|i| {
+            let (n, k): (f64, f64) = (eta[i] / around, k[i] / around);
+            ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
+        })
+    };
+    let sheet = DielectricParameters {
+        ior: 1.5,
+        roughness: [0.0; 2],
+        absorption: [0.0; 3],
+        thin_walled: true,
+        priority: 0.0,
+        reflectance: [1.0; 3],
+        transmittance: [1.0; 3],
+    };
+    let sheet = of(sheet.into());
+    let of_sheet = |around: f64| {
+        let r = ((1.5 - around) / (1.5 + around)).powi(2);
+        [2.0 * r / (1.0 + r); 3]
+    };
+    for around in [1.33, 1.8] {
+        show(&mirrored(around, metal.clone()), of_metal(around)).unwrap();
+        show(&mirrored(around, sheet.clone()), of_sheet(around)).unwrap();
+        // Negative controls: as in air.
+        show(&mirrored(around, metal.clone()), of_metal(1.0)).unwrap_err();
+        show(&mirrored(around, sheet.clone()), of_sheet(1.0)).unwrap_err();
+    }
+}
+
+#[test]
+fn a_tree_finds_the_media_of_the_camera_as_a_list_does() {
+    let ball = |z, radius, material| mesh(icosphere(v(0.0, 0.1, z), radius, 8, false), material);
+    let materials = vec![dielectric(1.5, 0.0, 2, SIGMA), dielectric(1.33, 0.0, 1, SIGMA)];
+    let scene =
+        scene(materials, vec![ball(0.0, 1.0, 0), ball(0.0, 2.0, 1), ball(0.5, 0.3, 0), ball(0.0, 3.0, 0)]);
+    let (compiled, surfaces) = compile(&scene, 16, 16).unwrap();
+    assert_eq!(compiled.inside, [0; 2], "until a world is known");
+    let inside = |accelerator| {
+        let world = World::new(&surfaces, accelerator);
+        assert_eq!(world.tree.is_some(), accelerator == AcceleratorChoice::Bvh);
+        compiled.clone().with_camera_media(&world).inside
+    };
+    let found = inside(AcceleratorChoice::Bvh);
+    assert_eq!(found, inside(AcceleratorChoice::Simple));
+    // Two of the first medium, then one of the second.
+    assert_eq!(found, [1 | 1 << 16, 2]);
 }
 
 #[test]

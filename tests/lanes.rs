@@ -194,7 +194,7 @@ law!(scattering_is_the_same_at_every_level, F, x, {
     ]);
     // Each lane has another material.
     let (material, uv) = table.resolve(x[7] & F::Uint::splat(3), [a * 50.0 - 25.0, b * 50.0 - 25.0]);
-    let bsdf = table.bsdf::<F>(material, Site { p: Vec3::zero(), uv, footprint: F::zero() });
+    let bsdf = table.bsdf::<F>(material, Site::new(Vec3::zero(), uv, F::zero()));
     let sample = bsdf.sample(wo, [a, b], c, TransportMode::Radiance);
     let (fresnel, cos_t) = fresnel_dielectric(wo.z.abs(), b * 2.0 + 0.5);
     [

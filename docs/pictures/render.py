@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Renders every picture of the guide and the README.
 
-    docs/pictures/render.py [NAME...]        all pictures, or those of the scenes that are named
-    STRIDE=target/release/stride             the program to render with
-    SPP=16                                   fewer samples than the scenes say, for trying
-    OUT=FOLDER                               where the pictures go instead of docs/pictures
+    docs/pictures/render.py [NAME...]           renders all pictures, or those of the named scenes
+    docs/pictures/render.py --check [NAME...]   fails if one of them is not what its scene renders to
+    STRIDE=target/release/stride                the program to render with
+    SPP=16                                      samples per pixel instead of those in the scenes, for drafts
+    OUT=FOLDER                                  the folder of the pictures instead of docs/pictures
 
 A picture of scenes/NAME.toml is NAME.png, reduced to 256 colours so that the repository stays small. Pictures of fewer
 than 128 columns are enlarged four times, so that single pixels can be seen. The script needs Python 3 alone.
@@ -149,35 +150,61 @@ def write_palette_png(path, width, height, rows, colours=256):
         file.write(b"\x89PNG\r\n\x1a\n" + header + table + data + chunk(b"IEND", b""))
 
 
+def contents(path):
+    """The header, the palette and the pixels of a PNG file: they do not depend on how it is compressed."""
+    with open(path, "rb") as file:
+        data = file.read()
+    at, chunks = 8, {}
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        chunks[kind] = chunks.get(kind, b"") + data[at + 8 : at + 8 + length]
+        at += 12 + length
+    return chunks[b"IHDR"], chunks.get(b"PLTE"), zlib.decompress(chunks[b"IDAT"])
+
+
+def render(program, scene, options, picture, full_colour):
+    """Renders a scene to a picture of the guide. Returns whether that succeeded."""
+    with tempfile.TemporaryDirectory() as folder:
+        rendered = os.path.join(folder, "picture.png")
+        command = [program, "render", scene, "--headless", "--quiet", "-o", rendered, *options]
+        if subprocess.run(command).returncode != 0:
+            return False
+        if full_colour:
+            shutil.move(rendered, picture)
+            return True
+        width, height, rows = read_png(rendered)
+    if width < 128:
+        width, height, rows = enlarged(width, height, rows, 4)
+    write_palette_png(picture, width, height, rows)
+    return True
+
+
 def main(names):
+    check = "--check" in names
+    names = [name for name in names if name != "--check"]
     program = os.path.abspath(os.environ.get("STRIDE", os.path.join(ROOT, "target/release/stride")))
-    out = os.environ.get("OUT", FOLDER)
-    scenes = {name[:-5]: (os.path.join(FOLDER, "scenes", name), []) for name in os.listdir(os.path.join(FOLDER, "scenes")) if name.endswith(".toml")}
+    own = os.path.join(FOLDER, "scenes")
+    scenes = {name[:-5]: (os.path.join(own, name), []) for name in os.listdir(own) if name.endswith(".toml")}
     for name, (scene, options) in MORE.items():
         scenes[name] = (os.path.join(ROOT, "scenes", f"{scene}.toml"), options)
-    failed = False
-    for name in names or sorted(scenes):
-        if name not in scenes:
-            sys.exit(f"no scene of that name: {name}")
-        scene, options = scenes[name]
-        if "SPP" in os.environ and "--spp" not in options:
-            options = [*options, "--spp", os.environ["SPP"]]
-        picture = os.path.join(out, f"{name}.png")
-        with tempfile.TemporaryDirectory() as folder:
-            rendered = os.path.join(folder, "picture.png")
-            command = [program, "render", scene, "--headless", "--quiet", "-o", rendered, *options]
-            if subprocess.run(command).returncode != 0:
-                failed = True
-                continue
-            if name in FULL_COLOUR:
-                shutil.move(rendered, picture)
-                continue
-            width, height, rows = read_png(rendered)
-        if width < 128:
-            width, height, rows = enlarged(width, height, rows, 4)
-        write_palette_png(picture, width, height, rows)
-        print(f"{os.path.relpath(picture, ROOT)}: {os.path.getsize(picture)} bytes")
-    sys.exit(failed)
+    failed = []
+    with tempfile.TemporaryDirectory() as folder:
+        out = folder if check else os.environ.get("OUT", FOLDER)
+        for name in names or sorted(scenes):
+            if name not in scenes:
+                sys.exit(f"no scene of that name: {name}")
+            scene, options = scenes[name]
+            if "SPP" in os.environ and "--spp" not in options:
+                options = [*options, "--spp", os.environ["SPP"]]
+            picture = os.path.join(out, f"{name}.png")
+            if not render(program, scene, options, picture, name in FULL_COLOUR):
+                failed.append(name)
+            elif check and contents(picture) != contents(os.path.join(FOLDER, f"{name}.png")):
+                failed.append(name)
+                print(f"{name}.png is not what the scene renders to")
+            else:
+                print(f"{name}.png: {os.path.getsize(picture)} bytes", flush=True)
+    sys.exit(f"failed: {', '.join(failed)}" if failed else 0)
 
 
 main(sys.argv[1:])

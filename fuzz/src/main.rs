@@ -1,19 +1,21 @@
-//! Gives spoiled files to a reader, for some seconds, from a seed: what it finds, it finds again.
+//! Fuzzes a reader for some seconds. The same seed gives the same files.
 //!
 //! ```sh
 //! cargo run -p stride-fuzz --profile fuzz -- glb 600 1
 //! STRIDE=target/release/stride cargo run -p stride-fuzz --profile fuzz -- film 600 1
-//! cargo run -p stride-fuzz --profile fuzz -- obj FILE       # once more
+//! cargo run -p stride-fuzz --profile fuzz -- obj FILE       # reads a file that was found
 //! ```
 //!
-//! Readers are compiled with checks, so that overflows and broken promises are panics.
+//! Readers are compiled with overflow checks and assertions, so that their violations are panics.
 //!
-//! A spoiled file begins as one of `fuzz/seeds`, or as one that this program or another made. Bytes, numbers, lines
-//! and brackets are changed, left out, doubled, exchanged and taken from elsewhere; lengths and checksums are made
-//! right again, mostly; what a reader accepts becomes a beginning too. A reader must give a result or an error. A
-//! panic is a fault, and so are ten seconds, and more memory than so many bytes for each byte of the file: each is
-//! kept in the folder `stride-fuzz` of the system's folder for temporary files, panics once for each place in the
-//! code, and the slowest file beside them. A reader that aborts the program, or does not answer within a minute, leaves its file there as `last`.
+//! A mutated file starts from a file in `fuzz/seeds`, or from one that this program or another writes. Bytes, numbers,
+//! lines and brackets are changed, removed, duplicated, exchanged and copied from other files. Lengths and checksums are
+//! mostly corrected afterwards. Files that a reader accepts are mutated further.
+//!
+//! A reader must return a result or an error. These are faults: a panic, a time of more than ten seconds, and more memory
+//! than a multiple of the file's size. Files with faults are stored in the folder `stride-fuzz` of the system's folder for
+//! temporary files, for panics one for each place in the code; so is the slowest file. If a reader aborts the program or
+//! does not return within a minute, its file is there as `last`.
 
 mod memory;
 mod pictures;
@@ -30,10 +32,10 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 use targets::Target;
 
-/// What no file of that size may take, twice.
+/// The time limit for a file. It must be exceeded twice.
 const SLOW: Duration = Duration::from_secs(10);
 
-/// When a reader is thought never to answer.
+/// The time after which a reader counts as hanging.
 const ENDLESS: Duration = Duration::from_secs(60);
 
 fn main() -> ExitCode {
@@ -53,12 +55,12 @@ fn main() -> ExitCode {
     if found == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// What a reader did with a file.
+/// The outcome of reading a file.
 struct Answer {
     taken: bool,
     time: Duration,
     memory: usize,
-    /// What was wrong with that.
+    /// The fault, if there was one.
     fault: Option<String>,
 }
 
@@ -67,7 +69,7 @@ fn ask(target: &Target, bytes: &[u8]) -> Answer {
     let (result, memory) = memory::measured(|| catch_unwind(AssertUnwindSafe(|| (target.read)(bytes))));
     let mut time = began.elapsed();
     if time > SLOW && result.is_ok() {
-        // Other programs may have had the machine meanwhile.
+        // Another program may have used the processor.
         let again = Instant::now();
         (target.read)(bytes);
         time = time.min(again.elapsed());
@@ -85,7 +87,7 @@ fn ask(target: &Target, bytes: &[u8]) -> Answer {
     Answer { taken: result.unwrap_or(false), time, memory, fault }
 }
 
-/// Asks a reader about one file, which may be one that was found.
+/// Reads one file, such as one that was found.
 fn again(target: &Target, file: &Path) -> usize {
     let bytes = std::fs::read(file).expect("a file");
     let Answer { taken, time, memory, fault } = ask(target, &bytes);
@@ -93,7 +95,7 @@ fn again(target: &Target, file: &Path) -> usize {
     usize::from(fault.is_some())
 }
 
-/// Ends the program if the loop does not say for a minute that it goes on.
+/// Ends the program if the loop sends no message for a minute.
 fn watch(last: PathBuf) -> mpsc::Sender<()> {
     let (goes_on, heard) = mpsc::channel();
     std::thread::spawn(move || {
@@ -111,13 +113,13 @@ fn watch(last: PathBuf) -> mpsc::Sender<()> {
     goes_on
 }
 
-/// Looks for faults; returns how many were found.
+/// Searches for faults, and returns their number.
 fn search(target: Target, seconds: Duration, seed: u64) -> usize {
     let folder = std::env::temp_dir().join("stride-fuzz");
     std::fs::create_dir_all(&folder).expect("a folder for what is found");
     let last = folder.join(format!("last.{}", target.name));
     let goes_on = watch(last.clone());
-    // Where panics are: a place in the code is told once.
+    // The places of panics: each place in the code is reported once.
     let (panics, places) = mpsc::channel();
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
@@ -170,7 +172,7 @@ fn search(target: Target, seconds: Duration, seed: u64) -> usize {
         runs += 1;
         if try_one(&bytes) {
             taken += 1;
-            // The seeds are kept; of the others as many as there is room for.
+            // All seeds stay; other files replace each other.
             if pool.len() < seeds + 256 {
                 pool.push(bytes);
             } else {

@@ -1,4 +1,4 @@
-//! Good pictures of the kinds that other programs write.
+//! Valid pictures of the kinds that other programs write.
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
@@ -10,7 +10,7 @@ use std::io::Cursor;
 const WIDTH: u32 = 11;
 const HEIGHT: u32 = 5;
 
-/// Pixels with runs and without.
+/// Pixels with and without runs.
 fn value(i: usize) -> f32 {
     if i.is_multiple_of(3) { 0.5 } else { (i * i % 17) as f32 / 4.0 }
 }
@@ -53,7 +53,7 @@ pub fn hdr() -> Vec<Vec<u8>> {
         (0..(WIDTH * HEIGHT) as usize).map(|i| [value(i) as u8 * 16, (i % 3) as u8 * 80, 128, 129]).collect();
     let plain = format!("-Y {HEIGHT} +X {WIDTH}");
     let flat = [head("", &plain).as_bytes(), pixels.as_flattened()].concat();
-    // Run by run, each component by itself.
+    // Runs, for each component separately.
     let mut runs =
         head("EXPOSURE=0.5\nPRIMARIES=0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329\n", &plain).into_bytes();
     for row in pixels.chunks(WIDTH as usize) {
@@ -63,7 +63,7 @@ pub fn hdr() -> Vec<Vec<u8>> {
             runs.extend(row[5..].iter().map(|pixel| pixel[channel]));
         }
     }
-    // The first kind of runs: a pixel of ones repeats the one before it.
+    // The old encoding: a pixel of ones repeats the previous one.
     let mut old = head("", "-Y 1 +X 11").into_bytes();
     old.extend([10, 20, 30, 128, 1, 1, 1, 10]);
     let turned = [head("", &format!("+X {WIDTH} -Y {HEIGHT}")).as_bytes(), pixels.as_flattened()].concat();

@@ -1,17 +1,17 @@
-//! Changes that make a spoiled file of a good one.
+//! Mutations of files.
 
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64;
 use std::ops::Range;
 
-/// No file is longer.
+/// The maximum length of a file.
 pub const LONGEST: usize = 1 << 16;
 
-/// Numbers at the ends of what integers hold.
+/// Integers near the limits of their types.
 const EDGES: [u64; 12] =
     [0, 1, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 60, i64::MAX as u64, u64::MAX];
 
-/// Numbers in text that break arithmetic.
+/// Numbers in text that may break arithmetic.
 const NUMBERS: [&str; 20] = [
     "nan",
     "inf",
@@ -35,11 +35,11 @@ const NUMBERS: [&str; 20] = [
     "18446744073709551616",
 ];
 
-/// Floats that break arithmetic.
+/// Floats that may break arithmetic.
 const FLOATS: [f64; 11] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 1e38, -1e38, 1e19, 1e-39, 1e-12, 2_147_483_648.0];
 
-/// Spoils `bytes`, with pieces of `other` and the words of a format.
+/// Mutates `bytes`, with pieces of `other` and the words of a format.
 pub fn spoil(bytes: &mut Vec<u8>, other: &[u8], words: &[&str], random: &mut Pcg64) {
     match random.random_range(0..16) {
         0 if !bytes.is_empty() => {
@@ -88,7 +88,7 @@ pub fn spoil(bytes: &mut Vec<u8>, other: &[u8], words: &[&str], random: &mut Pcg
         }
         14 => bytes.extend(std::iter::repeat_n(random.next_u32() as u8, random.random_range(0..64))),
         _ if random.random_range(0..8) == 0 => {
-            // As often as there is room: what takes time by the square of a length is noticed.
+            // Repeated up to the maximum length, which finds readers that take quadratic time.
             let at = range(bytes, random);
             let copy = bytes[at.clone()].to_vec();
             let times = (LONGEST - LONGEST.min(bytes.len())) / copy.len().max(1);
@@ -114,7 +114,7 @@ fn range(bytes: &[u8], random: &mut Pcg64) -> Range<usize> {
     from..(from + random.random_range(0..=most)).min(bytes.len())
 }
 
-/// Puts a number over others; more often where numbers lie in files than between these places.
+/// Overwrites bytes with a number, mostly at aligned offsets.
 fn overwrite(bytes: &mut Vec<u8>, number: &[u8], random: &mut Pcg64) {
     let at = place(bytes, random);
     let at = if random.random() { at / number.len() * number.len() } else { at };
@@ -141,7 +141,7 @@ fn number(bytes: &mut Vec<u8>, random: &mut Pcg64) {
     bytes.splice(first..end, number.into_bytes());
 }
 
-/// Doubles, leaves out, or exchanges pieces: lines, or what brackets enclose.
+/// Duplicates, removes or exchanges pieces: lines, or brackets with their contents.
 fn pieces(bytes: &mut Vec<u8>, find: fn(&[u8], &mut Pcg64) -> Option<Range<usize>>, random: &mut Pcg64) {
     let (Some(one), Some(two)) = (find(bytes, random), find(bytes, random)) else { return };
     let copy = bytes[one.clone()].to_vec();
@@ -169,7 +169,7 @@ fn lines(bytes: &[u8], random: &mut Pcg64) -> Option<Range<usize>> {
     Some(*starts.get(i)?..starts.get(i + 1).copied().unwrap_or(bytes.len()))
 }
 
-/// Something in brackets, with these.
+/// Brackets with their contents.
 fn brackets(bytes: &[u8], random: &mut Pcg64) -> Option<Range<usize>> {
     let opening: Vec<usize> = (0..bytes.len()).filter(|&i| b"{[".contains(&bytes[i])).collect();
     let start = *opening.get(random.random_range(0..opening.len().max(1)))?;
@@ -181,7 +181,7 @@ fn brackets(bytes: &[u8], random: &mut Pcg64) -> Option<Range<usize>> {
     Some(start..end + 1)
 }
 
-/// Other line ends, or a byte-order mark.
+/// Changes line ends, or adds a byte-order mark.
 fn line_ends(bytes: &mut Vec<u8>, random: &mut Pcg64) {
     let end: &[u8] = match random.random_range(0..4) {
         0 => b"\r",

@@ -1,6 +1,6 @@
-//! The readers, what is given to them, and what makes a spoiled file whole enough that it gets past a checksum.
+//! The readers with their seeds, and the correction of lengths and checksums of mutated files.
 
-use crate::pictures;
+use crate::{memory, pictures};
 use data_encoding::BASE64;
 use glam::DAffine3;
 use sha2::{Digest, Sha256};
@@ -19,15 +19,15 @@ use stride::world::{Simple, TreeScope, Triangles, World, compile};
 /// A reader.
 pub struct Target {
     pub name: &'static str,
-    /// Files that are good, or odd in ways that files are.
+    /// Valid files, and unusual ones.
     pub seeds: Vec<Vec<u8>>,
     /// Words of the format.
     pub words: &'static [&'static str],
-    /// Whether the reader takes a file.
+    /// Whether the reader accepts a file.
     pub read: fn(&[u8]) -> bool,
-    /// Makes lengths and checksums right again.
+    /// Corrects lengths and checksums.
     pub mend: fn(&mut [u8]),
-    /// The most memory: so many bytes, and so many for each byte of the file.
+    /// The memory limit: a number of bytes, plus a number for each byte of the file.
     pub memory: [usize; 2],
 }
 
@@ -38,8 +38,17 @@ const PLAIN: [usize; 2] = [8 << 20, 256];
 /// held twice.
 const PACKED: [usize; 2] = [16 << 20, 1032 * 8 * 12 * 2];
 
-/// Instances multiply shapes, of which there are 2¹⁸ at most.
-const MULTIPLIED: [usize; 2] = [256 << 20, 512];
+/// The most bytes for each byte of XML, as `docs/mitsuba.md` has it.
+const OF_XML: usize = 512;
+
+/// The most bytes for each shape: `merge` and instances multiply them.
+const OF_SHAPE: usize = 1 << 10;
+
+/// What reading takes besides: values of variables, and the files of `fuzz/seeds` that a scene names.
+const OF_READING: usize = 16 << 20;
+
+/// There are 2¹⁸ shapes at most.
+const MULTIPLIED: [usize; 2] = [(OF_SHAPE << 18) + OF_READING, OF_XML];
 
 /// The names of all readers.
 pub const NAMES: [&str; 13] =
@@ -201,6 +210,15 @@ const XML: &[&str] = &[
     "<bsdf type=\"twosided\">",
     "<spectrum name=\"eta\" value=\"400:1, 500:2\"/>",
     "</scene>",
+    "<shape type=\"merge\">",
+    "<shape type=\"merge\"><ref id=\"g\"/><ref id=\"g\"/></shape>",
+    "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"3\"/></transform></shape>",
+    "<spectrum name=\"radiance\" filename=\"ramp.spd\"/>",
+    "<alias id=\"m\" as=\"n\"/>",
+    "xmlns:a=\"b\" ",
+    "name=\"\\$a\"",
+    "<!--",
+    "filename=\"big.ply\"",
 ];
 
 const FILM: &[&str] = &["\n\n", "asked: 1..2\n", "adaptive: 1\n", "scene: \n"];
@@ -230,7 +248,7 @@ fn of_this_crate(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// All files of a folder whose names end in `suffix`, in the order of their names.
+/// All files of a folder whose names end in `suffix`, sorted by name.
 fn files(folder: &Path, suffix: &str) -> Vec<Vec<u8>> {
     let entries = folder.read_dir().expect("a folder of seeds");
     let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
@@ -239,12 +257,13 @@ fn files(folder: &Path, suffix: &str) -> Vec<Vec<u8>> {
     paths.iter().map(|path| std::fs::read(path).expect("a seed")).collect()
 }
 
-/// The seeds that are kept as files.
+/// The seeds that are files.
 fn kept(suffix: &str) -> Vec<Vec<u8>> {
     files(&of_this_crate("seeds"), suffix)
 }
 
-/// Where a file would lie whose bytes are given to a reader: beside the seeds, so that it finds what these name.
+/// The path of a file whose bytes are given to a reader: beside the seeds, so that it finds the files that these refer
+/// to.
 fn beside_seeds(name: &str) -> PathBuf {
     of_this_crate("seeds").join(name)
 }
@@ -260,7 +279,7 @@ fn parse_mesh(name: &str, bytes: &[u8]) -> bool {
     true
 }
 
-/// Does with a mesh what rendering it begins with.
+/// Processes a mesh as the start of a render does.
 fn trust(mesh: &Mesh) {
     let vertices = mesh.positions.len();
     assert!(
@@ -275,7 +294,7 @@ fn trust(mesh: &Mesh) {
     look_at(&surfaces, Bounds::of(mesh.positions.iter().copied()));
 }
 
-/// Builds the tree of some surfaces, and sends a few rays at them.
+/// Builds the tree of some surfaces, and traces a few rays.
 fn look_at(surfaces: &Simple, Bounds { low, high }: Bounds) {
     let world = World::with_tree_scope(surfaces, TreeScope::Everything);
     let middle = [0, 1, 2].map(|axis| low[axis] / 2.0 + high[axis] / 2.0);
@@ -290,7 +309,7 @@ fn look_at(surfaces: &Simple, Bounds { low, high }: Bounds) {
     }
 }
 
-/// A material library, as one that a mesh names.
+/// A material library that a mesh refers to.
 fn parse_library(bytes: &[u8]) -> bool {
     let folder = std::env::temp_dir().join(format!("stride-fuzz-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -307,17 +326,21 @@ fn parse_scene(bytes: &[u8]) -> bool {
     true
 }
 
-/// A scene file of Mitsuba's.
+/// A scene file of Mitsuba's. What its reader takes is measured by itself: the tree of its surfaces takes more.
 fn parse_mitsuba(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let options = LoadOptions::default();
-    let Ok(loaded) = mitsuba::parse(text, &beside_seeds("a.xml"), &options) else { return false };
+    let (loaded, taken) = memory::measured(|| mitsuba::parse(text, &beside_seeds("a.xml"), &options));
+    let Ok(loaded) = loaded else { return false };
+    let shapes = loaded.scene.entities.len() + loaded.scene.instances.len();
+    let most = OF_READING + OF_XML * bytes.len() + OF_SHAPE * shapes;
+    assert!(taken <= most, "{taken} bytes of memory for {} of file and {shapes} shapes", bytes.len());
     let Ok((_, surfaces)) = compile(&loaded.scene, 4, 3) else { return false };
     look_at(&surfaces, Bounds { low: [-1.0; 3], high: [1.0; 3] });
     true
 }
 
-/// Serialized meshes whose data is not compressed, so that what is spoiled is the mesh: two in one file.
+/// A file with two serialized meshes, stored without compression so that mutations affect the mesh.
 fn serialized_meshes() -> Vec<Vec<u8>> {
     [(3_u16, 0_u32), (4, 0), (4, 0x2000)]
         .map(|(version, precision)| serialized_mesh(version, precision))
@@ -369,7 +392,7 @@ fn parse_dump(bytes: &[u8]) -> bool {
     false
 }
 
-/// A picture, which is read from a file.
+/// A picture file.
 fn parse_picture(suffix: &str, bytes: &[u8]) -> bool {
     let path = std::env::temp_dir().join(format!("stride-fuzz-{}.{suffix}", std::process::id()));
     std::fs::write(&path, bytes).expect("a file");
@@ -378,7 +401,7 @@ fn parse_picture(suffix: &str, bytes: &[u8]) -> bool {
     true
 }
 
-/// Films or dumps that the program has made.
+/// Films or sample dumps that the program writes.
 fn rendered(suffix: &str) -> Vec<Vec<u8>> {
     let folder = tempfile::tempdir().expect("a folder");
     let stride = std::env::var("STRIDE").unwrap_or_else(|_| "stride".into());
@@ -427,7 +450,7 @@ fn binary(document: &[u8]) -> Option<Vec<u8>> {
     Some([header, text, second, buffer].concat())
 }
 
-/// Makes the lengths of a `.glb` right, where its second chunk can be found.
+/// Corrects the lengths in a `.glb`, if it has a second chunk.
 fn mend_glb(bytes: &mut [u8]) {
     let length = bytes.len() as u32;
     let binary = (20..bytes.len()).find(|&i| bytes[i..].starts_with(b"BIN\0")).map(|i| i - 4);
@@ -443,7 +466,7 @@ fn mend_glb(bytes: &mut [u8]) {
     }
 }
 
-/// Makes the digest of a film right.
+/// Corrects the digest of a film.
 fn seal(bytes: &mut [u8]) {
     if let Some(length) = bytes.len().checked_sub(32) {
         let digest = Sha256::digest(&bytes[..length]);
@@ -451,7 +474,7 @@ fn seal(bytes: &mut [u8]) {
     }
 }
 
-/// Makes the checksums of a PNG's chunks right.
+/// Corrects the checksums of a PNG's chunks.
 fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(head) = bytes.get(at..at + 4) {

@@ -13,8 +13,7 @@ use std::time::Duration;
 ///
 /// Settings default to those of the scene and of `stride render`: the CPU with one thread per core, and the scene's
 /// number of samples. Files are written only if they are named. Settings with a default in the scene take a value or an
-/// `Option`;
-/// `None` selects the default.
+/// `Option`; `None` selects the default. Invalid settings are reported by the methods that start the render.
 ///
 /// ```
 /// # use stride::{Render, Scene};
@@ -49,7 +48,7 @@ pub struct Render {
     pub(super) view: ViewerSettings,
 }
 
-/// What is rendered.
+/// The scene and its film.
 impl Render {
     /// A render with the settings of the scene. The scene is copied, except for its meshes, which are shared.
     pub fn new(scene: &Scene) -> Render {

@@ -37,8 +37,11 @@ pub struct RenderHandle {
 }
 
 impl Render {
-    /// Starts the render and returns at once. Errors in settings and output files are returned here, all others by
-    /// [`RenderHandle::join`].
+    /// Starts the render and returns at once.
+    ///
+    /// # Errors
+    ///
+    /// If a setting is invalid, or an output file cannot be written. [`RenderHandle::join`] returns all other errors.
     pub fn start(&self) -> Result<RenderHandle, Error> {
         let settings = self.background_settings()?;
         let (stop_out, stop) = bounded(0);
@@ -84,7 +87,7 @@ impl RenderHandle {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Waits for the end of the render, and returns its result.
+    /// Waits for the end of the render, and returns its result: see [`Render::run`].
     pub fn join(mut self) -> Result<Report, Error> {
         let thread = self.thread.take().ok_or_else(failed)?;
         thread.join().unwrap_or_else(|_| Err(failed()))

@@ -11,7 +11,11 @@ use std::convert::Infallible;
 const MOST_WAITING: usize = 4;
 
 impl Render {
-    /// Renders, and returns the picture, its layers and statistics. A failure after the first sample is an
+    /// Renders, and returns the picture, its layers and statistics.
+    ///
+    /// # Errors
+    ///
+    /// If a setting is invalid, a file cannot be written, or a device fails. A failure after the first sample is an
     /// [`Error::Incomplete`] with the picture of the samples made by then.
     pub fn run(&self) -> Result<Report, Error> {
         render(&self.settings()?, silent(), None, &never())
@@ -19,6 +23,23 @@ impl Render {
 
     /// Renders, and passes every sample to `take` on this thread: each (pixel, sample) of this run once, in any order.
     /// The render waits for the callback.
+    ///
+    /// ```
+    /// # use stride::{Render, Scene};
+    /// let mut brightest = 0.0_f32;
+    /// let render = Render::new(&Scene::default()).size((4, 3)).samples(2);
+    /// render.run_with_samples(|samples| {
+    ///     for sample in samples {
+    ///         brightest = sample.radiance.into_iter().fold(brightest, f32::max);
+    ///     }
+    /// })?;
+    /// assert_eq!(brightest, 0.0); // an empty scene is black
+    /// # Ok::<(), stride::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Render::run`].
     pub fn run_with_samples(&self, mut take: impl FnMut(&[Sample])) -> Result<Report, Error> {
         let mut settings = self.background_settings()?;
         settings.outputs.sends_samples = true;

@@ -1,7 +1,7 @@
 //! Arguments that several commands share, and their parsers.
 
 use super::failure::Failure;
-use super::reading::ReadingArguments;
+use super::reading::{ReadingArguments, scene_file};
 use crate::api::check_film;
 use crate::scene::{
     self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, Loaded, MOST_BOUNCES, Sampler, Scene,
@@ -16,31 +16,34 @@ pub(super) fn named<C: Choice>(about: &str) -> String {
     format!("{about}: {}", C::listed())
 }
 
+/// The heading of options that replace settings of the scene.
+pub(super) const SCENE_HEADING: &str = "Scene settings";
+
 /// The scene file, and changes to the scene.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SceneArguments {
-    /// Scene file (TOML, or Mitsuba's XML)
+    #[arg(help = scene_file())]
     pub scene: PathBuf,
     #[command(flatten)]
     pub reading: ReadingArguments,
     /// Seed of all random numbers, instead of the scene's
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub seed: Option<u32>,
     /// Size of the film in pixels, instead of the scene's
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
     pub size: Option<(u32, u32)>,
-    #[arg(long, value_name = "NAME", help = named::<Integrator>("Integrator, instead of the scene's"))]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME", help = named::<Integrator>("Integrator, instead of the scene's"))]
     pub integrator: Option<Integrator>,
-    #[arg(long, value_name = "NAME", help = named::<Sampler>("Sampler, instead of the scene's"))]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME", help = named::<Sampler>("Sampler, instead of the scene's"))]
     pub sampler: Option<Sampler>,
     /// Maximum number of bounces, or unlimited, instead of the scene's; 0 shows only emitters
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = max_depth)]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "N", allow_negative_numbers = true, value_parser = max_depth)]
     pub max_depth: Option<u32>,
-    #[arg(long, value_name = "NAME", help = named::<Filter>("Reconstruction filter, instead of the scene's"))]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME", help = named::<Filter>("Reconstruction filter, instead of the scene's"))]
     pub filter: Option<Filter>,
     /// Filtering mode, instead of the scene's: importance (each pixel's samples are drawn from the filter) or continuous
     /// (each sample contributes to all pixels within the filter radius) [default: the best mode for the filter]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME")]
     pub film_mode: Option<FilmMode>,
 }
 

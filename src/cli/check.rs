@@ -3,13 +3,13 @@
 use super::arguments::shown;
 use super::failure::Failure;
 use super::print::print;
-use super::reading::ReadingArguments;
+use super::reading::{ReadingArguments, scene_file};
 use crate::world::Size;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct CheckArguments {
-    /// Scene file (TOML, or Mitsuba's XML)
+    #[arg(help = scene_file())]
     scene: PathBuf,
     #[command(flatten)]
     reading: ReadingArguments,
@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     let count = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
     let groups = match scene.place_counts().iter().sum::<u64>() {
         0 => String::new(),
-        places => format!(", {}", count(places as usize, "place of a group", "places of groups")),
+        places => format!(", {}", count(places as usize, "instance of a group", "instances of groups")),
     };
     text += &format!(
         "{}: valid: {}×{} pixels, {}{groups}, {}\n",

@@ -151,11 +151,7 @@ fn textures(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
 
 fn lights(scene: &Scene, sampled: usize) -> String {
     let shines = |c: &[f64; 3]| c.iter().any(|&x| x > 0.0);
-    let emitters = scene
-        .entities
-        .iter()
-        .filter(|entity| shines(&entity.emission) || entity.emission_texture.is_some())
-        .count();
+    let emitters = scene.entities.iter().filter(|entity| entity.emits()).count();
     let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
     let emitters = (emitters, ["entity that emits", "entities that emit"]);
     let kinds = declared(scene.lights.iter()).into_iter().chain([emitters]);
@@ -223,7 +219,11 @@ pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
         );
         facts.bounds(Bounds::of(mesh.positions.iter().copied()));
         facts.line("area", area(mesh));
-        let has = [(!mesh.normals.is_empty(), "normals"), (!mesh.uv.is_empty(), "uv")];
+        let has = [
+            (!mesh.normals.is_empty(), "normals"),
+            (!mesh.uv.is_empty(), "uv"),
+            (!mesh.second_uv.is_empty(), "second uv"),
+        ];
         let has: Vec<_> = has.into_iter().filter_map(|(has, what)| has.then_some(what)).collect();
         facts.line(
             "vertices",

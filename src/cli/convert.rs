@@ -1,10 +1,11 @@
-//! `stride convert`: a scene file of any format as one in TOML.
+//! `stride convert`: converts a scene file of any format to TOML.
 
 use super::arguments::shown;
 use super::failure::{Failure, usage};
 use super::print::print;
-use super::reading::ReadingArguments;
+use super::reading::{ReadingArguments, scene_file};
 use crate::output::atomic::write_atomically;
+use crate::scene::formats::Format;
 use crate::scene::writing;
 use std::fs;
 use std::io::Write;
@@ -12,22 +13,24 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct ConvertArguments {
-    /// Scene file (TOML, or Mitsuba's XML)
+    #[arg(help = scene_file())]
     scene: PathBuf,
-    /// Scene file to write, in TOML; its meshes and pictures come into a folder of its name beside it
+    /// Scene file to write, in TOML; its meshes and pictures are written to a folder beside it
     #[arg(short, long = "output", value_name = "FILE.toml")]
     output: PathBuf,
     #[command(flatten)]
     reading: ReadingArguments,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     quiet: bool,
 }
 
 pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
     let output = &arguments.output;
-    if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
-        return Err(usage(format!("{} does not end in .toml", output.display())));
+    let own = Format::own();
+    let is_own = |path: &Path| Format::of(path).is_some_and(|format| format.extension == own.extension);
+    if !is_own(output) {
+        return Err(usage(format!("{} does not end in .{}", output.display(), own.extension)));
     }
     if fs::canonicalize(output)
         .is_ok_and(|path| fs::canonicalize(&arguments.scene).is_ok_and(|scene| scene == path))
@@ -46,9 +49,10 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
             );
         }
     }
-    // Scene files of other programs name images from here, and those in TOML from their own folder.
-    let is_toml = arguments.scene.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    let folder = arguments.scene.parent().filter(|_| is_toml).unwrap_or(Path::new(""));
+    // Readers of other formats return paths of images relative to the current folder, that of TOML relative to the
+    // scene.
+    let is_foreign = Format::of(&arguments.scene).is_some() && !is_own(&arguments.scene);
+    let folder = arguments.scene.parent().filter(|_| !is_foreign).unwrap_or(Path::new(""));
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let beside = PathBuf::from(format!("{stem}-files"));
     let written =

@@ -3,19 +3,19 @@
 use super::arguments::range;
 use super::failure::{Failure, usage};
 use super::print::print;
-use super::reading::{ReadingArguments, is_scene};
+use super::reading::ReadingArguments;
 use super::{contents, devices, program};
 use crate::film::cryptomatte::Names;
 use crate::film::{Identity, Ranges};
 use crate::output::{FilmError, Format, exr, npy, open_film, read_picture};
+use crate::scene::formats as scenes;
 use std::fmt::Write;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
-    /// Film, picture, sample dump, scene or mesh: .film, .png, .exr, .hdr, .npy, .toml, .xml (Mitsuba), .ply, .obj, .glb or .gltf
-    #[arg(conflicts_with = "devices")]
+    #[arg(conflicts_with = "devices", help = format!("Film, picture, sample dump, scene or mesh: {}", readable()))]
     file: Option<PathBuf>,
     /// List the devices that can render, and their limits
     #[arg(long)]
@@ -27,6 +27,12 @@ pub(super) struct InfoArguments {
     reading: ReadingArguments,
 }
 
+/// The extensions of files that have contents to be printed.
+fn readable() -> String {
+    let scenes = scenes::Format::extensions().join(", ");
+    format!(".film, .png, .exr, .hdr, .npy, {scenes}, .ply, .obj, .glb or .gltf")
+}
+
 pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     let path = match &arguments.file {
         Some(path) => path,
@@ -36,11 +42,13 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
         }
     };
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let is_scene = scenes::Format::of(path).is_some();
     let text = if arguments.wgsl {
-        if !is_scene(&extension) {
+        if !is_scene {
             return Err(usage(format!(
-                "--wgsl: {} is not a scene; name a .toml or an .xml file",
-                path.display()
+                "--wgsl: {} is not a scene; name a file that ends in {}",
+                path.display(),
+                scenes::Format::extensions().join(" or ")
             )));
         }
         program::of_scene(path, &arguments.reading)?
@@ -48,17 +56,14 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
         film(path)?
     } else if extension == "npy" {
         samples(path)?
-    } else if is_scene(&extension) {
+    } else if is_scene {
         contents::of_scene(path, &arguments.reading)?
     } else if ["ply", "obj", "glb", "gltf"].contains(&extension.as_str()) {
         contents::of_mesh(path)?
     } else if Format::of(path).is_ok() {
         picture(path)?
     } else {
-        return Err(usage(format!(
-            "{} does not end in .film, .png, .exr, .hdr, .npy, .toml, .xml, .ply, .obj, .glb or .gltf",
-            path.display()
-        )));
+        return Err(usage(format!("{} does not end in {}", path.display(), readable())));
     };
     Ok(print(&text)?)
 }

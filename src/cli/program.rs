@@ -14,6 +14,7 @@ pub(super) fn of_scene(path: &Path, reading: &ReadingArguments) -> Result<String
     let (width, height) = (scene.film.width, scene.film.height);
     let (compiled, surfaces) = compile(&scene, width, height)?;
     let world = World::new(&surfaces, AcceleratorChoice::Fastest);
+    let compiled = compiled.with_camera_media(&world);
     let splatter = Weights::of(&scene.film).map(|weights| Splatter::new(weights, [0, 0]));
     let job = gpu::Job {
         scene: &compiled,

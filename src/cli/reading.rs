@@ -1,37 +1,41 @@
-//! What readers of scene files may be told on the command line.
+//! Options of readers of scene files.
 
-use super::failure::Failure;
+use super::failure::{Failure, usage};
 use super::loading::Loading;
+use crate::scene::formats::{Format, unsuitable};
 use crate::scene::{self, LoadOptions, Loaded};
 use std::path::Path;
 
-/// What readers of scene files may be told.
+/// The heading of these options.
+const HEADING: &str = "Options for Mitsuba scenes";
+
+/// Options of readers of scene files.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ReadingArguments {
-    /// Value of a variable of the scene file (Mitsuba), which is written $name there; may be given several times
-    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = define)]
+    /// Value of a variable, which the scene refers to as $NAME; may be given several times
+    #[arg(short = 'D', long = "define", help_heading = HEADING, value_name = "NAME=VALUE", value_parser = define)]
     defines: Vec<(String, String)>,
-    /// Camera, of a scene file that has several [default: the first one]
-    #[arg(long, value_name = "NAME")]
+    /// Camera of a scene with several cameras [default: the first one]
+    #[arg(long, value_name = "NAME", help_heading = HEADING)]
     camera: Option<String>,
-    /// Take it for an error if something in a scene file of another program has no counterpart
-    #[arg(long)]
+    /// Fail if a part of the scene has no counterpart, instead of warning
+    #[arg(long, help_heading = HEADING)]
     strict: bool,
-    /// Let a scene file of another program name files outside of its folder
-    #[arg(long)]
+    /// Allow the scene to refer to files outside its folder
+    #[arg(long, help_heading = HEADING)]
     allow_outside: bool,
 }
 
-/// "spp=64".
+/// Parses "spp=64".
 fn define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
-        _ => Err("a variable is given a value like spp=64".to_owned()),
+        _ => Err("expected NAME=VALUE, such as spp=64".to_owned()),
     }
 }
 
 impl ReadingArguments {
-    /// Reads a scene file, showing how far it has come unless `quiet`.
+    /// Reads a scene file, and shows progress unless `quiet`.
     pub(super) fn load(&self, path: &Path, quiet: bool) -> Result<Loaded, Failure> {
         let options = LoadOptions {
             defines: self.defines.clone(),
@@ -39,13 +43,16 @@ impl ReadingArguments {
             strict: self.strict,
             allow_outside: self.allow_outside,
         };
+        if let Some(errors) = unsuitable(path, &options) {
+            return Err(usage(errors));
+        }
         Ok(scene::load_with(path, &options, &mut Loading::stderr(quiet).watch())?)
     }
 }
 
-/// Whether the extension of a file's name is that of a scene file.
-pub(super) fn is_scene(extension: &str) -> bool {
-    ["toml", "xml"].contains(&extension)
+/// The help text of a scene file.
+pub(super) fn scene_file() -> String {
+    format!("Scene file ({})", Format::names())
 }
 
 #[cfg(test)]

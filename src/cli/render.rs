@@ -1,6 +1,6 @@
 //! `stride render`: arguments → a render, which checks them → session → exit code.
 
-use super::arguments::{SceneArguments, crop, duration, range};
+use super::arguments::{SCENE_HEADING, SceneArguments, crop, duration, range};
 use super::events::print_events;
 use super::failure::{Failure, usage};
 use super::stats::Stats;
@@ -18,93 +18,99 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+// Headings of options in the help text.
+const END: &str = "End of the render";
+const FILES: &str = "Files";
+const DEVICES: &str = "Devices";
+const VIEWERS: &str = "Viewers";
+
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct RenderArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
     /// Picture to write: .png, .exr or .hdr; may be given several times [default: the scene's name with .png,
     /// in the current folder; none for a --range that is rendered to a --film]
-    #[arg(short, long = "output", value_name = "FILE")]
+    #[arg(help_heading = FILES, short, long = "output", value_name = "FILE")]
     pub(super) outputs: Vec<PathBuf>,
     /// Samples per pixel, instead of the scene's: those with the indices 0 to N − 1, even if --resume continues a film
     /// that begins later
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = END, long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) spp: Option<u32>,
     /// Render only these samples, for merging: 16..32 are the samples 16 to 31 of each pixel, and 16.. all from 16 on
     /// until --time or Ctrl-C
-    #[arg(long, allow_hyphen_values = true, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
+    #[arg(help_heading = END, long, allow_hyphen_values = true, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
     pub(super) range: Option<Range<u32>>,
     /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h), or at the end of --spp or --range. The scene's
     /// samples and those requested for a resumed film are ignored
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
+    #[arg(help_heading = END, long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     time: Option<Duration>,
     /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean. The render also ends at --spp or
     /// --time, with a warning; the scene's samples are ignored. The error is the noise of `stride compare`, relative to
     /// the picture's brightness, so that units of length and radiance do not matter. The estimate starts at 16 samples
     /// per pixel. A black picture has none
-    #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = error, conflicts_with = "range")]
+    #[arg(help_heading = END, long, value_name = "ERROR", allow_negative_numbers = true, value_parser = error, conflicts_with = "range")]
     noise: Option<f64>,
     /// Distribute samples by error, until the picture has the error of --noise [default: 0.01] or pixels have --spp
     /// samples. Without --noise, the scene's samples are the limit. Same as adaptive = true in the scene
-    #[arg(long)]
+    #[arg(help_heading = END, long)]
     adaptive: bool,
-    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
+    #[arg(help_heading = DEVICES, long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
         help = format!("Rendering threads, 1 to {MOST_THREADS} [default: one per core]"))]
     threads: Option<u16>,
     /// Part of the film to render, in pixels
-    #[arg(long, allow_hyphen_values = true, value_name = "X,Y,W,H", value_parser = crop)]
+    #[arg(help_heading = SCENE_HEADING, long, allow_hyphen_values = true, value_name = "X,Y,W,H", value_parser = crop)]
     crop: Option<[u32; 4]>,
     /// Acceleration structure on the CPU; it does not affect the picture [default: the faster one for the number of
     /// surfaces]
-    #[arg(long, value_enum, value_name = "NAME")]
+    #[arg(help_heading = DEVICES, long, value_enum, value_name = "NAME")]
     world: Option<WorldName>,
-    /// Device that renders: cpu, gpu, all for both, or gpu:NAME and all:NAME for a GPU whose name contains NAME
-    #[arg(long, value_name = "DEVICE", value_parser = device, default_value = "cpu")]
+    /// Device that renders: cpu, gpu, or all for both; gpu:NAME and all:NAME select a GPU whose name contains NAME
+    #[arg(help_heading = DEVICES, long, value_name = "DEVICE", value_parser = device, default_value = "cpu")]
     device: DeviceChoice,
-    /// Show the render in a window, and fail without a display
-    #[arg(long, conflicts_with = "headless")]
+    /// Show the render in a window; fail if there is no display
+    #[arg(help_heading = VIEWERS, long, conflicts_with = "headless")]
     window: bool,
     /// Open no window
-    #[arg(long)]
+    #[arg(help_heading = VIEWERS, long)]
     headless: bool,
-    /// Also show the render in the viewer tev that listens at this address: localhost:14158
-    #[arg(long, value_name = "HOST:PORT", value_parser = address)]
+    /// Also show the render in the viewer tev at this address: localhost:14158
+    #[arg(help_heading = VIEWERS, long, value_name = "HOST:PORT", value_parser = address)]
     tev: Option<String>,
     /// Exposure of PNG files and the window in stops, instead of the scene's
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    #[arg(help_heading = SCENE_HEADING, long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f64>,
-    /// Tone curve of PNG files and the window, instead of the scene's: srgb, clamped at white, or filmic
-    #[arg(long, value_name = "NAME")]
+    /// Tone curve of PNG files and the window, instead of the scene's: srgb (clamped at white) or filmic
+    #[arg(help_heading = SCENE_HEADING, long, value_name = "NAME")]
     tone: Option<Tone>,
-    /// Colour pixels by the worker that owns them (report figure 3.1)
-    #[arg(long, value_enum, value_name = "NAME")]
+    /// Colour pixels of PNG files by the worker that renders them
+    #[arg(help_heading = FILES, long, value_enum, value_name = "NAME")]
     overlay: Option<Overlay>,
     /// Also write numbered pictures at these numbers of samples: 10,100,500
-    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = FILES, long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
     /// Layers for EXR files and films: albedo, normal, position, depth, uv, variance, samples, crypto-entity and
     /// crypto-material (Cryptomatte), or all. Layers other than variance and samples use only the samples 0 to 31 of
     /// each pixel [default: none; with --resume those that the film was last rendered with]
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
+    #[arg(help_heading = FILES, long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
     layers: Vec<Layers>,
     /// Write every sample to a NumPy file
-    #[arg(long, value_name = "FILE.npy")]
+    #[arg(help_heading = FILES, long, value_name = "FILE.npy")]
     samples: Option<PathBuf>,
     /// Write a film file, for resuming (--resume) and merging (stride merge)
-    #[arg(long, value_name = "FILE.film")]
+    #[arg(help_heading = FILES, long, value_name = "FILE.film")]
     pub(super) film: Option<PathBuf>,
-    /// Resume the film of --film if it exists, and begin it otherwise: the same command line starts a render and
+    /// Resume the film of --film if it exists, and begin it otherwise, so that the same command starts a render and
     /// continues it
-    #[arg(long = "continue", requires = "film", conflicts_with = "resume")]
+    #[arg(help_heading = FILES, long = "continue", requires = "film", conflicts_with = "resume")]
     continues: bool,
     /// Interval at which the film file is written during the render [default: 60s]
-    #[arg(long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration)]
+    #[arg(help_heading = FILES, long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration)]
     checkpoint: Option<Duration>,
-    /// Resume the render of a film file, and write the same file [unless --film names another]
-    #[arg(long, value_name = "FILE.film")]
+    /// Resume the render of a film file, which is also written unless --film names another
+    #[arg(help_heading = FILES, long, value_name = "FILE.film")]
     resume: Option<PathBuf>,
     /// Write statistics of the run as JSON
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(help_heading = FILES, long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
     /// Print only errors and warnings about the result
     #[arg(short, long)]
@@ -149,7 +155,7 @@ enum WorldName {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Overlay {
-    /// The worker that owns each pixel
+    /// The worker that renders each pixel
     Owner,
 }
 

@@ -4,7 +4,7 @@ use super::arguments::SceneArguments;
 use super::failure::{Failure, usage};
 use super::print::print;
 use crate::film::{film_offset, reject};
-use crate::integrator::{self, Event};
+use crate::integrator::{self, Event, Passage};
 use crate::sampling::Pixel;
 use crate::scene::Scene;
 use crate::world::{self, AcceleratorChoice, World};
@@ -50,7 +50,8 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     }
     let (compiled, surfaces) = world::compile(&scene, width, height)?;
     let (world, offset) = (World::new(&surfaces, AcceleratorChoice::Fastest), film_offset(&scene.film));
-    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world));
+    let compiled = Arc::new(compiled.with_camera_media(&world));
+    let integrator = integrator::build(&scene.render, offset, compiled, Arc::new(world));
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(
         "pixel {x},{y} (index {}) sample {}: film position {} {}\n",
@@ -80,6 +81,13 @@ fn describe(event: &Event, scene: &Scene, text: &mut String) {
                 text,
                 "  hits \"{name}\" of \"{made_of}\" at distance {distance}: {point}, normal {normal}, emitted {emitted}"
             )
+        }
+        Event::Pass { through } => {
+            let reason = match through {
+                Passage::Hole => "by its opacity",
+                Passage::NoInterface => "the medium is the same on both sides",
+            };
+            writeln!(text, "  passes straight through: {reason}")
         }
         Event::Escape { radiance } => writeln!(text, "  leaves the scene, with radiance {}", v(radiance)),
         Event::Light { direction, added } => {

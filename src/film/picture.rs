@@ -1,4 +1,4 @@
-//! A finished or unfinished picture, which sinks show and write.
+//! Pictures of radiance.
 
 /// Scene-linear Rec. 709 radiance for every pixel of a rectangle, row-major from the top left.
 #[derive(Clone, Debug, PartialEq)]

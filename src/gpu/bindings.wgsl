@@ -1,16 +1,16 @@
 // The buffers. `layout.rs` declares their structures.
 
-// Sums of samples that count in all pixels around them.
+// Sums of samples that count in all pixels within the filter's radius.
 struct Splats {
-    // How many samples were too bright for that.
+    // The number of samples that were too bright for these sums.
     bright: atomic<u32>,
-    // Of all pixels of the band the low words of red, then those of green, of blue and of the weight, so that neighbours
-    // add side by side; then the high words.
+    // The low words of red of all pixels of the band, then those of green, of blue and of the weight, then the high
+    // words in the same order. Neighbouring invocations thus add to adjacent words.
     words: array<atomic<u32>>,
 }
 
 // `scene` and `dispatch` are declared by `variant.rs`.
-// Of every invocation as many as may wait, those at one height side by side.
+// MOST_BRANCHES of each invocation; those at the same height of the stack are adjacent.
 @group(0) @binding(1) var<storage, read_write> branches: array<WaitingBranch>;
 // The tables follow, in one heap: see `heap.rs`.
 @group(1) @binding(1) var<storage, read_write> sums: array<SlotSums>;

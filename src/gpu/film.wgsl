@@ -1,6 +1,6 @@
-// Samples as they are sent, and the nodes of the filter.
+// Samples for the host, and the nodes of the filter.
 
-// Which invocation this is, of how many: it decides where branches of `whitted` wait.
+// The index of an invocation and their number. They decide where `whitted` keeps its waiting branches.
 struct Lane {
     index: u32,
     count: u32,
@@ -11,7 +11,7 @@ fn offset_node(i: u32) -> f32 {
     return scene.offset_nodes[i >> 2u][i & 3u];
 }
 
-// A sample as it is sent.
+// The words of a sample that the host reads.
 fn sample_words(id: PathId, film: vec2f, radiance: vec3f) -> SampleWords {
     let at = bitcast<vec2u>(film);
     let found = bitcast<vec3u>(radiance);

@@ -20,18 +20,18 @@ fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
     let from_centre = p - node.centre;
     let distance2 = dot(from_centre, from_centre);
     let height = dot(from_centre, n);
-    // Means of cos² and of distance² over lights that spread alike in all directions.
+    // Means of cos² and of distance² over lights with the same variance in all directions.
     let cos2 = (height * height + node.spread * (1.0 / 3.0)) / float_max(distance2 + node.spread, SMALLEST_NORMAL);
     let falloff = float_max(distance2 + node.spread * NEARNESS, SMALLEST_NORMAL);
     let importance = node.power * sqrt(cos2) / falloff;
 
-    // θ_b: half the angle that the bounds fill as seen from p; π inside them.
+    // θ_b: half the angle that the bounds subtend at p; π inside them.
     let near2 = node.radius * node.radius;
     let sin2_b = near2 / float_max(distance2, SMALLEST_NORMAL);
     let outside = vec2f(sqrt(float_max(1.0 - sin2_b, 0.0)), sqrt(sin2_b));
     let b = select(outside, vec2f(-1.0, 0.0), distance2 <= near2);
 
-    // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal.
+    // θ' = max(0, θ_w − θ_o − θ_b): the least angle between a normal and the direction to p.
     let w = from_centre * (1.0 / sqrt(float_max(distance2, SMALLEST_NORMAL)));
     let cos_w = dot(node.axis, w);
     let x = less(vec2f(cos_w, sine_of(cos_w)), vec2f(node.cos_o, sine_of(node.cos_o)));
@@ -44,11 +44,12 @@ struct LightStep {
     node: LightNode,
     // Its fraction of the importance of all children.
     share: f32,
-    // The rest of the random number, uniform again.
+    // The random number for the next step: the remainder, rescaled to [0, 1).
     u: f32,
 }
 
-// The child of an inner node that `u` falls to, or if not `draws` the one that holds the light in a place.
+// The child of an inner node. If `draws`, the child is chosen by the random number `u`; otherwise it is the one that
+// contains the light with the index `place`.
 fn light_step(link: u32, p: vec3f, n: vec3f, u: f32, place: u32, draws: bool) -> LightStep {
     let first = link & ((1u << COUNT_FROM) - 1u);
     let count = (link >> COUNT_FROM) + 1u;
@@ -58,7 +59,7 @@ fn light_step(link: u32, p: vec3f, n: vec3f, u: f32, place: u32, draws: bool) ->
         ends[i] = light_importance(light_node_at(first + i), p, n);
         most = float_max(most, ends[i]);
     }
-    // Where the children's intervals end; where none has any share, all are alike.
+    // The ends of the children's intervals. If no child has any importance, all have the same probability.
     var end = 0.0;
     for (var i = 0u; i < count; i++) {
         end += select(0.0, float_max(ends[i], most * LEAST_SHARE), ends[i] > 0.0);
@@ -83,7 +84,7 @@ fn light_step(link: u32, p: vec3f, n: vec3f, u: f32, place: u32, draws: bool) ->
     return LightStep(light_node_at(first + child), width / end, float_min(rest, BELOW_ONE));
 }
 
-// Whether a node's lights are so far from `p` that they are chosen by power alone.
+// Whether the lights of a node are so far from `p` that they are chosen by power alone.
 fn lights_are_far(node: LightNode, p: vec3f) -> bool {
     let from_centre = p - node.centre;
     let distance2 = dot(from_centre, from_centre);
@@ -93,7 +94,7 @@ fn lights_are_far(node: LightNode, p: vec3f) -> bool {
     if node.cos_o > NARROW {
         return true;
     }
-    // θ_w + θ_o + θ_b: the greatest angle between p and a normal.
+    // θ_w + θ_o + θ_b: the greatest angle between a normal and the direction to p.
     let sin2_b = node.radius * node.radius / distance2;
     let b = vec2f(sqrt(float_max(1.0 - sin2_b, 0.0)), sqrt(sin2_b));
     let o = vec2f(node.cos_o, sine_of(node.cos_o));
@@ -118,7 +119,7 @@ fn choose_light_below(root: u32, p: vec3f, n: vec3f, choice: f32) -> LightChoice
         u = step.u;
         node = step.node;
     }
-    // Of lights that are far, the one that has some unit of their power.
+    // Distant lights are chosen in proportion to their power, which is counted in integer units.
     let units = node.units;
     var unit = min(u32(f32(units) * u), units - 1u);
     while node.link < LEAF {
@@ -133,7 +134,7 @@ fn choose_light_below(root: u32, p: vec3f, n: vec3f, choice: f32) -> LightChoice
     return LightChoice(node.link & ~LEAF, pmf * share_of_power(node.units, units));
 }
 
-// The share that some units have in so many; all of it where there are none.
+// `own` as a fraction of `units`; 1 if there are no units.
 fn share_of_power(own: u32, units: u32) -> f32 {
     return select(f32(own) / f32(max(units, 1u)), 1.0, units == 0u);
 }

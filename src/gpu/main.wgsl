@@ -1,14 +1,15 @@
-// The entry point: each invocation follows one path at a time and starts the next when it ends, as lanes do in
-// `integrator::path_tracer`. Strides are dealt to invocations (report §3.2, figure 3.1): invocation i of m takes slots i, i + m, i + 2m, …
+// The entry point. Each invocation follows one path at a time and starts the next when it ends, as lanes do in
+// `integrator::path_tracer`. A stride is divided into strides of invocations (report §3.2, figure 3.1): invocation i of
+// m takes slots i, i + m, i + 2m, …
 
-// The `slot`th place of the stride.
+// The index in the region of the stride's pixel with the number `slot`.
 fn stride_place(slot: u32) -> u32 {
     let run = dispatch.stride_run;
     return dispatch.stride_first + slot / run * dispatch.stride_step + slot % run;
 }
 
-// Whether the driver still runs loops. Mesa's llvmpipe ends every loop once all loops of an invocation have turned
-// 65,535 times together, whatever they were to do: this one too.
+// Whether the driver still runs loops. Mesa's llvmpipe ends every loop of an invocation after 65,535 iterations of all
+// its loops together. It then ends this loop too.
 fn loops_still_turn() -> bool {
     var turns = 0u;
     loop {
@@ -35,7 +36,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
         var slot_sums = SlotSums();
         var i = 0u;
         var progress = start(PathId(pixel, dispatch.first_sample), centre, 0u);
-        // One step per iteration, so that short paths need not wait for long ones in neighbouring invocations.
+        // One step per iteration: short paths do not wait for long ones in neighbouring invocations.
         loop {
             if advance(&progress, lane) {
                 continue;
@@ -43,7 +44,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
             let state = progress.state;
             if dispatch.sends_samples != 0u {
                 add_sample(&slot_sums, state.id.sample, state.l);
-                // Neighbours write to adjacent addresses.
+                // Neighbouring invocations write to adjacent addresses.
                 samples[i * dispatch.slots + slot] =
                     sample_words(state.id, film_position(state.id, centre), state.l);
             } else if TAPS > 0u {

@@ -1,6 +1,6 @@
-// The floats' own functions, as `math::lanes` has them.
+// Floating-point functions with the results of `math::lanes`.
 
-// `a` if it is less than `b`, else `b`: WGSL's own may do as it likes with NaN.
+// `a` if it is less than `b`, else `b`. The result of WGSL's `min` is not specified for NaN.
 fn float_min(a: f32, b: f32) -> f32 {
     return select(b, a, a < b);
 }
@@ -13,13 +13,13 @@ fn copysign(x: f32, sign: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(x) & 0x7fffffffu) | (bitcast<u32>(sign) & 0x80000000u));
 }
 
-// Above zero and finite. A compiler may assume that there are no NaNs and infinities, and answer any
-// question about them by floats as it likes; not so for integers.
+// Whether a number is above zero and finite. It is tested by its bits, because a compiler may assume that no float is
+// NaN or infinite.
 fn is_positive_and_finite(x: f32) -> bool {
     return bitcast<u32>(x) - 1u < 0x7f7fffffu;
 }
 
-// Whether all of a ray's coordinates are finite, told by their bits for the same reason. Others meet nothing.
+// Whether all coordinates of a ray are finite, also tested by their bits. Other rays hit nothing.
 fn is_finite_ray(ray: Ray) -> bool {
     let exponent = vec3u(0x7f800000u);
     let o = bitcast<vec3u>(ray.o) & exponent;

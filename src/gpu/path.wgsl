@@ -1,4 +1,4 @@
-// A step of `path` and `path-naive`, around the recorded `step_path`.
+// One step of `path` and `path-naive`: it calls the recorded `step_path`.
 
 // The state of a path.
 struct Progress {
@@ -8,7 +8,7 @@ struct Progress {
     rays: u32,
 }
 
-// A path at the camera.
+// A path that begins at the camera.
 fn start(id: PathId, centre: vec2f, rays: u32) -> Progress {
     return Progress(start_path(id, centre), start_around(), rays);
 }

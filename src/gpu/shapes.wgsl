@@ -1,11 +1,12 @@
-// Twin of `shape`: distances to the first hit, or NOTHING.
+// Twin of `shape`: the distance to the first hit of a surface, or NOTHING.
 
 fn plane_intersect(surface: Surface, ray: Ray) -> f32 {
     let t = (surface.constant - dot(ray.o, surface.axis)) / dot(ray.d, surface.axis);
     return select(NOTHING, t, is_positive_and_finite(t));
 }
 
-// The power of the point at `w` from the anchor.
+// The power of a point with respect to the sphere: squared distance from the centre less squared radius. `w` is the
+// vector from the anchor to the point.
 fn sphere_power(surface: Surface, w: vec3f) -> f32 {
     return dot(w, w - 2.0 * surface.axis) + surface.constant;
 }
@@ -24,7 +25,7 @@ fn sphere_intersect(surface: Surface, ray: Ray) -> f32 {
     return select(NOTHING, t, discriminant >= 0.0 && is_positive_and_finite(t));
 }
 
-// The same along a ray whose direction has any length.
+// The distance to a sphere along a ray whose direction need not be a unit vector.
 fn sphere_intersect_any_length(surface: Surface, ray: Ray) -> f32 {
     let w = ray.o - surface.anchor;
     let a = dot(ray.d, ray.d);
@@ -41,7 +42,7 @@ fn sphere_intersect_any_length(surface: Surface, ray: Ray) -> f32 {
     return select(NOTHING, t, discriminant >= 0.0 && is_positive_and_finite(t));
 }
 
-// The coordinates of a point in a plane.
+// The uv of a point in a plane.
 fn uv_in_plane(surface: Surface, p: vec3f) -> vec2f {
     return vec2f(dot(p, surface.u_axis), dot(p, surface.v_axis)) + vec2f(surface.u_offset, surface.v_offset);
 }
@@ -64,7 +65,7 @@ fn disk_intersect(surface: Surface, ray: Ray) -> f32 {
     return select(NOTHING, t, dot(at, at) <= 1.0);
 }
 
-// The part of a vector that is across an axis of length one.
+// The component of a vector that is perpendicular to a unit axis.
 fn across(v: vec3f, axis: vec3f) -> vec3f {
     return v - axis * dot(v, axis);
 }
@@ -94,13 +95,13 @@ fn cylinder_intersect(surface: Surface, ray: Ray) -> f32 {
     if is_positive_and_finite(near) && is_between_ends(surface, ray, near) {
         return near;
     }
-    // Through an open end the far side is seen.
+    // A ray through an open end hits the far side.
     return select(NOTHING, far, is_positive_and_finite(far) && is_between_ends(surface, ray, far));
 }
 
 fn is_between_ends(surface: Surface, ray: Ray, t: f32) -> bool {
     let from_middle = dot(ray.o - surface.anchor, surface.axis) + dot(ray.d, surface.axis) * t;
-    // v is a length in units of the whole.
+    // Scaled to a fraction of the cylinder's length.
     return abs(from_middle) * dot(surface.v_axis, surface.axis) <= 0.5;
 }
 

@@ -1,6 +1,6 @@
 // Twin of `film::sums`: each sample is rounded once to fixed point, then added as integers.
 
-// What `check` found, in the numbers that the host reads.
+// The reason why a film rejects a radiance, as a number that the host reads.
 fn check(radiance: vec3f) -> u32 {
     let bits = bitcast<vec3u>(radiance);
     let magnitude = bits & vec3u(0x7fffffffu);
@@ -14,7 +14,7 @@ fn check(radiance: vec3f) -> u32 {
     return select(REJECT_NONE, REJECT_NEGATIVE, any(negative));
 }
 
-// x·2^FRACTION_BITS rounded to the nearest integer, ties to even, for 0 ≤ x < 2⁶³: words from the lowest.
+// x · 2^FRACTION_BITS rounded to the nearest integer, ties to even, for 0 ≤ x < 2⁶³. The lowest word comes first.
 fn fixed_point(x: f32) -> vec3u {
     let bits = bitcast<u32>(x) & 0x7fffffffu;
     let exponent = max(bits >> 23u, 1u);
@@ -34,7 +34,7 @@ fn fixed_point(x: f32) -> vec3u {
     }
     let by = u32(shift) & 31u;
     let lower = mantissa << by;
-    // Shifting by 32 would shift by nothing, hence in two steps.
+    // In two steps, because a shift by 32 is one by 0 in WGSL.
     let upper = (mantissa >> 1u) >> (31u - by);
     switch u32(shift) >> 5u {
         case 0u: {
@@ -55,7 +55,7 @@ fn add_radiance(to: ptr<function, SlotSums>, radiance: vec3f) {
     let blue = fixed_point(radiance.z);
     let low = (*to).low + vec3u(red.x, green.x, blue.x);
     let carry = select(vec3u(0u), vec3u(1u), low < (*to).low);
-    // What a film takes has less than 2³¹ in the middle word, so the carry cannot overflow it.
+    // A film accepts radiance below 2³¹ in the middle word, so the carry cannot overflow it.
     let addend = vec3u(red.y, green.y, blue.y) + carry;
     let middle = (*to).middle + addend;
     (*to).high += select(vec3u(0u), vec3u(1u), middle < (*to).middle);
@@ -77,7 +77,7 @@ fn add_square(to: ptr<function, SlotSums>, square: f32) {
     (*to).squares = vec4u(x, y_carried, z_carried, before.w + carry_z);
 }
 
-// Whether a film does not take a sample, which is counted then.
+// Whether a film rejects a sample. A rejected sample is counted.
 fn is_rejected(to: ptr<function, SlotSums>, sample: u32, radiance: vec3f) -> bool {
     let reject = check(radiance);
     if reject == REJECT_NONE {

@@ -1,12 +1,12 @@
-// Twin of `texture::fetch`: the texels of pictures.
+// Twin of `texture::fetch`: texels of pictures.
 
-// A number of 32 bits of a picture whose words begin with `first`.
+// The `i`th word of 32 bits of a picture that begins at word `first` of the heap.
 fn picture_word(first: u32, i: u32) -> u32 {
     let word = heap_word(first + (i >> 2u));
     return word[i & 3u];
 }
 
-// The linear value of one that is encoded as sRGB.
+// The linear value of an sRGB-encoded one.
 fn linear_of_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 {
         return encoded / 12.92;
@@ -14,16 +14,16 @@ fn linear_of_srgb(encoded: f32) -> f32 {
     return pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-// The value of a float of 16 bits, which is finite. Not all devices have a function for it.
+// The value of a finite 16-bit float. WGSL's `f16` is an optional feature of devices.
 fn half_float(bits: u32) -> f32 {
     let magnitude = bits & 0x7fffu;
-    // The exponent's bias is 15 there and 127 here. Without an exponent, units are of 2^−24.
+    // The bias of the exponent is 15, that of an `f32` is 127. Subnormal numbers are multiples of 2^−24.
     let normal = bitcast<f32>((magnitude << 13u) + (112u << 23u));
     let value = select(normal, f32(magnitude) * 5.9604645e-8, magnitude < 0x400u);
     return select(value, -value, bits > 0x7fffu);
 }
 
-// A number of a picture, counted from the lower left on.
+// The `i`th number of a picture, row by row from the lower left.
 fn picture_number(row: PictureRow, i: u32) -> f32 {
     let first = scene.texels_from + row.first;
     var value = 0.0;
@@ -62,7 +62,7 @@ fn texels(picture: u32, places: vec4u, weights: vec4f, is_active: bool) -> vec3f
     var sum = vec3f();
     for (var i = 0u; i < 4u; i++) {
         let weight = weights[i];
-        // Most weights of nearest texels and at edges are zero.
+        // Most weights are zero with the filter `nearest`, and at clamped edges.
         if weight != 0.0 {
             sum += texel(row, places[i]) * weight;
         }

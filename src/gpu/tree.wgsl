@@ -1,25 +1,26 @@
-// Twin of `world::bvh`: eight boxes at a time, the nearer ones first.
+// Twin of `world::bvh`: a tree of eight boxes per node, whose nearer boxes are visited first.
 //
-// The way back up is in registers. Of each node on the way down the trail keeps, in eight bits, which of its boxes
-// still wait; from a node its parent's number leads up. Nothing is stored, and so nothing spills.
+// Instead of a stack, the trail keeps eight bits for each level: the boxes that are still to be visited. Nodes know
+// their parents. Both fit into registers, so nothing spills to memory.
 //
-// A group or a shared mesh has a tree of its own, in its own space. A ray that comes to an instance goes on in there, and where
-// that tree begins goes back to the node that it came from.
+// A group or a shared mesh has a tree of its own, in its own space. At an instance, traversal continues in that tree.
+// When the tree is done, traversal returns to the node that led to the instance.
 
-// The ray in the form that box tests use.
+// A ray for box tests.
 struct Probe {
-    // 1/d; of what is nearly zero a large number, so that no product is infinite.
+    // 1/d. Components near 0 are replaced by LEAST_COMPONENT, so that no product is infinite.
     inverse: vec3f,
-    // The error of a hit, in units of each axis's t.
+    // The error bound of a hit, as a length of t for each axis.
     margin: vec3f,
-    // Turns a place among a node's boxes into its turn: bit i is set where the ray goes down axis i.
+    // Bit i is set if the ray goes in the negative direction of axis i. The exclusive-or of a box's index with it is
+    // the box's position in the order of visits.
     octant: u32,
 }
 
-// The smallest component of a direction that counts.
+// Smaller components of a direction are replaced by this number.
 const LEAST_COMPONENT: f32 = 1e-18;
 
-// How far a box's side may be off along the ray, as a share of what it is computed from.
+// The relative rounding error of the distance to a box's side.
 const SIDE_ERROR: f32 = 5e-7;
 
 fn probe_of(ray: Ray, share: f32) -> Probe {
@@ -34,7 +35,7 @@ fn four_bytes(word: u32) -> vec4f {
     return vec4f((vec4u(word) >> vec4u(0u, 8u, 16u, 24u)) & vec4u(255u));
 }
 
-// The boxes, among four, that a ray enters before `limit`.
+// The boxes, among four, that a ray enters no later than at `limit`.
 fn enters_four(
     low: vec3u,
     high: vec3u,
@@ -55,7 +56,8 @@ fn enters_four(
     return near <= far;
 }
 
-// Which boxes of a node a ray enters no later than at `limit`: bit i is set for the box whose turn is i.
+// The boxes of a node that a ray enters no later than at `limit`. Bit i is set for the box that is ith in the order of
+// visits.
 fn enters(node: TreeNode, probe: Probe, ray: Ray, limit: f32) -> u32 {
     let exponents = (vec3u(node.scales) >> vec3u(0u, 8u, 16u)) & vec3u(255u);
     let step = bitcast<vec3f>(exponents << vec3u(23u)) * probe.inverse;
@@ -74,14 +76,15 @@ fn enters(node: TreeNode, probe: Probe, ray: Ray, limit: f32) -> u32 {
     return bits.x | bits.y | bits.z | bits.w;
 }
 
-// The contents of a leaf: bits 0 to 3 how many, 4 to 11 from which on, 12 to 15 of which kind.
+// The contents of a leaf: their number in bits 0 to 3, the offset of the first in bits 4 to 11, their kind in bits 12
+// to 15.
 fn leaf_at(node: TreeNode, place: u32) -> u32 {
     let pair = select(node.leaves.xy, node.leaves.zw, (place & 4u) != 0u);
     let two = select(pair.x, pair.y, (place & 2u) != 0u);
     return (two >> ((place & 1u) * 16u)) & 0xffffu;
 }
 
-// The nearer of a hit and the things of a leaf in an instance; of equal distances the lower instance, and then the
+// The nearest of a hit and the surfaces of a leaf in an instance. At equal distances the lower instance wins, then the
 // lower number.
 fn leaf_intersect(
     node: TreeNode,
@@ -89,8 +92,8 @@ fn leaf_intersect(
     ray: Ray,
     sheared: ShearedRay,
     instance: u32,
-    so_far: Met,
-) -> Met {
+    so_far: SurfaceHit,
+) -> SurfaceHit {
     var hit = so_far;
     let kind = leaf >> 12u;
     let first = ((leaf >> 4u) & 255u) + select(node.surfaces, node.triangles, kind == TRIANGLES);
@@ -119,14 +122,14 @@ fn leaf_intersect(
         }
         let is_lower = instance < hit.instance || (instance == hit.instance && number < hit.number);
         if t < hit.t || (t == hit.t && t < NOTHING && is_lower) {
-            hit = Met(t, number, index, instance);
+            hit = SurfaceHit(t, number, index, instance);
         }
     }
     return hit;
 }
 
-// The nearest of a hit and all that is in the tree; where `any` will do, the first that is nearer.
-fn tree_intersect(world_ray: Ray, so_far: Met, any: bool) -> Met {
+// The nearest of a hit and all surfaces in the tree. With `any`, the first one found that is nearer than the hit.
+fn tree_intersect(world_ray: Ray, so_far: SurfaceHit, any: bool) -> SurfaceHit {
     var ray = world_ray;
     var probe = probe_of(ray, scene.tree_share);
     var sheared = ShearedRay();

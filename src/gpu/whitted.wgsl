@@ -1,23 +1,25 @@
-// Twin of `integrator::whitted`: ray tracing as in the report's chapter 2. A step follows one branch.
+// Twin of `integrator::whitted`: ray tracing as in the report's chapter 2. One step follows one branch to its next
+// surface.
 
 // The state of a sample.
 struct Progress {
-    // Of the branch that is followed.
+    // The state of the branch that is followed.
     state: State,
     around: Around,
     // Rays traced for this slot so far.
     rays: u32,
-    // What numbers are drawn from, and how many branches wait.
+    // The source of random numbers, and the number of waiting branches.
     stream: Stream,
     waiting: u32,
 }
 
-// A path at the camera.
+// A path that begins at the camera.
 fn start(id: PathId, centre: vec2f, rays: u32) -> Progress {
     return Progress(start_path(id, centre), start_around(), rays, Stream(vec4u(0u), 0u, 0xffffffffu), 0u);
 }
 
-// A path's numbers one after the other, for code that draws as it goes: blocks from the top down.
+// The random numbers of a path in sequence, for code without a fixed number of decisions. Blocks are used in descending
+// order.
 struct Stream {
     words: vec4u,
     left: u32,
@@ -36,7 +38,7 @@ fn next_random(stream: ptr<function, Stream>, path: PathId) -> f32 {
     return number;
 }
 
-// Pushes a branch. Branches at one height lie side by side for all invocations.
+// Pushes a branch. Branches at the same height of the stack are adjacent for all invocations.
 fn push_branch(progress: ptr<function, Progress>, lane: Lane, branch: WaitingBranch) {
     branches[(*progress).waiting * lane.count + lane.index] = branch;
     (*progress).waiting++;
@@ -63,7 +65,7 @@ fn follow(progress: ptr<function, Progress>, ray: Ray, around: Around, beta: vec
     (*progress).state.depth = depth;
 }
 
-// Whether a branch is worth following: below a rounding error of white it is cut.
+// Whether a branch is followed. Branches whose throughput is below the rounding error of 1 are cut.
 fn is_worth(beta: vec3f, probability: f32) -> bool {
     return probability > 0.0 && max_channel(beta) > EPSILON;
 }
@@ -113,7 +115,7 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     (*progress).stream = stream;
     let sampled = bsdf_sample(lit.local, lit.wo, vec2f(u, v), choice);
     let branch = spawn(lit, sampled.wi);
-    // Of a surface with other lobes, too, only the delta ones are followed.
+    // If the surface also has lobes that are not delta, only delta directions are followed.
     if !(sampled.delta || !lit.has_non_delta) || !branch.passes {
         return pop_branch(progress, lane);
     }
@@ -121,8 +123,8 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     return true;
 }
 
-// Radiance that every lamp sends back along the ray by way of a point: points once, areas from one random point
-// of each; meshes of many triangles are one lamp.
+// The radiance that all lights scatter at a point into the ray. Each light is sampled once, at a random point if it has
+// an area. A mesh of many triangles counts as one light.
 fn light_from_all(progress: ptr<function, Progress>, lit: Lit) -> vec3f {
     var l = vec3f(0.0);
     let id = (*progress).state.id;

@@ -1,45 +1,46 @@
-// Twin of `world::simple`: first hits. And the tables that what is recorded looks them up in.
+// Twin of `world::simple`: first hits, and the lookups of triangles and instances that recorded code calls.
 
-// The first hit of a ray so far.
-struct Met {
+// The nearest hit of a ray so far.
+struct SurfaceHit {
     t: f32,
-    // What was met, as the host numbers it: of equal distances the lower one counts.
+    // The host's number of the surface. At equal distances the lower number wins.
     number: u32,
     // Index into `surfaces`, or into `triangles` with FIRST_TRIANGLE set.
     index: u32,
-    // The number of the instance of which it is a surface, from one, or NO_INSTANCE. Lower ones come before lower numbers.
+    // The number of the surface's instance, from one, or NO_INSTANCE. At equal distances the lower instance wins,
+    // before numbers are compared.
     instance: u32,
 }
 
-fn met_nothing() -> Met {
-    return Met(NOTHING, 0xffffffffu, 0u, NO_INSTANCE);
+fn no_hit() -> SurfaceHit {
+    return SurfaceHit(NOTHING, 0xffffffffu, 0u, NO_INSTANCE);
 }
 
 // The nearer of two hits outside of instances.
-fn nearer(a: Met, b: Met) -> Met {
+fn nearer(a: SurfaceHit, b: SurfaceHit) -> SurfaceHit {
     if b.t < a.t || (b.t == a.t && b.number < a.number) {
         return b;
     }
     return a;
 }
 
-// The first of some surfaces of one kind. They stand in the order of their rows: of equal distances the first one
-// counts.
-fn first_of(kind: u32, first: u32, end: u32, ray: Ray) -> Met {
-    var met = met_nothing();
+// The first hit among surfaces of one kind. They are in the order of their rows, so at equal distances the first one
+// wins.
+fn first_of(kind: u32, first: u32, end: u32, ray: Ray) -> SurfaceHit {
+    var hit = no_hit();
     for (var i = first; i < end; i++) {
         let surface = surface_at(i);
         let t = surface_intersect(kind, surface, ray);
-        if t < met.t {
-            met = Met(t, surface.row, i, NO_INSTANCE);
+        if t < hit.t {
+            hit = SurfaceHit(t, surface.row, i, NO_INSTANCE);
         }
     }
-    return met;
+    return hit;
 }
 
-fn first_met(ray: Ray) -> Met {
+fn first_hit(ray: Ray) -> SurfaceHit {
     if !is_finite_ray(ray) {
-        return met_nothing();
+        return no_hit();
     }
     let plane = first_of(PLANES, 0u, scene.planes_end, ray);
     let sphere = first_of(SPHERES, scene.planes_end, scene.spheres_end, ray);
@@ -54,8 +55,8 @@ fn first_met(ray: Ray) -> Met {
     return hit;
 }
 
-// A ray in the own space of a mesh or a group, as `world::instances` has it. Its direction is of another length, so that distances are
-// the same.
+// A ray in the space of a mesh or a group, as in `world::instances`. Its direction keeps its transformed length, so
+// that distances stay the same.
 fn ray_from(ray: Ray, x: vec3f, y: vec3f, z: vec3f, origin: vec3f) -> Ray {
     let o = ray.o - origin;
     return Ray(
@@ -67,22 +68,22 @@ fn ray_from(ray: Ray, x: vec3f, y: vec3f, z: vec3f, origin: vec3f) -> Ray {
 
 // The first hit of a ray.
 fn intersect(ray: Ray, is_active: bool) -> Hit {
-    let met = first_met(ray);
+    let hit = first_hit(ray);
     var weights = vec2f(0.0);
-    if TREE_TRIANGLES && met.index >= FIRST_TRIANGLE {
+    if TREE_TRIANGLES && hit.index >= FIRST_TRIANGLE {
         var seen = ray;
-        if TREE_INSTANCES && met.instance != NO_INSTANCE {
-            let place = place_row_at(met.instance - 1u);
+        if TREE_INSTANCES && hit.instance != NO_INSTANCE {
+            let place = place_row_at(hit.instance - 1u);
             seen = ray_from(ray, place.to_mesh_x, place.to_mesh_y, place.to_mesh_z, place.origin);
         }
-        let triangle = triangle_at(met.index & ~FIRST_TRIANGLE);
+        let triangle = triangle_at(hit.index & ~FIRST_TRIANGLE);
         weights = triangle_meet(sheared_ray(seen), triangle.a, triangle.b, triangle.c).weights;
     }
-    return Hit(met.t, met.index, met.instance, weights);
+    return Hit(hit.t, hit.index, hit.instance, weights);
 }
 
-// Whether a ray meets one of some surfaces of one kind before a distance.
-fn meets_any(kind: u32, first: u32, end: u32, ray: Ray, t_max: f32) -> bool {
+// Whether a ray hits a surface of one kind before a distance.
+fn any_hit(kind: u32, first: u32, end: u32, ray: Ray, t_max: f32) -> bool {
     for (var i = first; i < end; i++) {
         if surface_intersect(kind, surface_at(i), ray) < t_max {
             return true;
@@ -95,15 +96,15 @@ fn occluded(ray: Ray, t_max: f32, is_active: bool, ignores_meshes: bool) -> bool
     if !is_finite_ray(ray) {
         return false;
     }
-    if meets_any(PLANES, 0u, scene.planes_end, ray, t_max)
-        || meets_any(SPHERES, scene.planes_end, scene.spheres_end, ray, t_max)
-        || meets_any(QUADS, scene.spheres_end, scene.quads_end, ray, t_max)
-        || (HAS_CUSTOM && meets_any(CUSTOM, scene.quads_end, scene.custom_end, ray, t_max)) {
+    if any_hit(PLANES, 0u, scene.planes_end, ray, t_max)
+        || any_hit(SPHERES, scene.planes_end, scene.spheres_end, ray, t_max)
+        || any_hit(QUADS, scene.spheres_end, scene.quads_end, ray, t_max)
+        || (HAS_CUSTOM && any_hit(CUSTOM, scene.quads_end, scene.custom_end, ray, t_max)) {
         return true;
     }
     if TREE_LEVELS > 0u {
-        // No number is below zero: what is as far does not count.
-        return tree_intersect(ray, Met(t_max, 0u, 0u, NO_INSTANCE), true).t < t_max;
+        // No number is below 0, so a surface at the distance itself does not count.
+        return tree_intersect(ray, SurfaceHit(t_max, 0u, 0u, NO_INSTANCE), true).t < t_max;
     }
     return false;
 }

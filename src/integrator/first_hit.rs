@@ -9,7 +9,7 @@ use crate::math::lanes::{Kernel, MAX_LANES, Value};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
 use crate::world::{Hit, Uv};
 
-/// The first hit of a camera ray behind any holes; all fields are zero if there is none.
+/// The first hit of a camera ray behind any holes and surfaces that are no interfaces; all fields are zero if there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstHit {
     /// The index of the ray's pixel in [`Paths::pixels`].
@@ -56,9 +56,9 @@ impl Kernel for FirstHits<'_> {
                 return;
             }
             let mut state = State::start(start.id, ray);
-            let mut around = Around::nothing();
-            // The lanes that look for a surface: at first all, then those behind holes. Holes that the samples of a picture
-            // go through are no first hits.
+            let mut around = Around::at_camera(scene);
+            // The lanes that look for a surface: at first all, then those behind holes and behind surfaces that are no
+            // interfaces. Surfaces that samples pass straight through are not first hits.
             let (mut look, mut hit) = (alive, Hit::none());
             let (met, at) = loop {
                 hit = Hit::blend(look, context.world.intersect(&state.ray, look), hit);
@@ -68,11 +68,21 @@ impl Kernel for FirstHits<'_> {
                 }
                 let at = scene.interaction_apart(&state.ray, &hit, met, Uv::Everywhere);
                 let (at, holes) = with_material(&context, &state, &around, at, met);
-                look = holes;
+                let mut is_none = F::Mask::splat(false);
+                if interiors::are_tracked(scene) {
+                    (around, is_none) = interiors::at_surface(scene, around, &at, met & !holes);
+                }
+                let (at_first, goes) = (around, look & (holes | is_none));
+                if !goes.any() {
+                    break (met, Some(at));
+                }
+                (around, look) = interiors::straight_on(around, goes & is_none, goes & holes);
+                look = look & goes;
+                // A path that has passed too many surfaces stays where it is.
+                around = Around::blend(look, around, at_first);
                 if !look.any() {
                     break (met, Some(at));
                 }
-                (around, _) = interiors::straight_on(around, F::Mask::splat(false), look);
                 state.ray = Ray::blend(look, at.straight_on(&state.ray), state.ray);
             };
             let mut slot = [0; MAX_LANES];

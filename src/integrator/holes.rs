@@ -2,7 +2,7 @@
 
 use super::interiors::{MOST_HOLES, Surroundings};
 use super::vertex::{State, TraceContext, material_block};
-use crate::math::{Float, Ray, Uint, function, value};
+use crate::math::{Float, Mask, Ray, Uint, function, value};
 use crate::sampling::EndlessStream;
 use crate::world::{FIRST_TRIANGLE, Uv};
 
@@ -63,7 +63,14 @@ pub(super) fn seen_through<F: Float>(
                         let mut hides = lives & hit.is_some() & hit.t.lt(left);
                         let [number, ..] = stream.draw(hides);
                         let at = scene.interaction_apart(&ray, &hit, hides, Uv::IfTextured);
-                        let (at, opacity) = scene.modified(at, ray.d, hides, number);
+                        // Most surfaces are opaque.
+                        let may = hides & scene.materials.may_have_holes::<F>(at.material);
+                        let opacity = F::branch(
+                            may,
+                            one,
+                            #[inline(always)]
+                            || scene.modified(at, ray.d, may, F::Mask::splat(false), number).1,
+                        );
                         let beyond = at.straight_on(&ray);
                         let meets = hides;
                         if scene.surfaces.triangles().is_some() {

@@ -4,7 +4,8 @@
 //! Light is absorbed along a segment by the effective medium: the dielectric of the highest priority that contains the
 //! path, and among equal priorities the one entered last. In scenes with priorities, a surface is an interface only if
 //! the effective medium changes there; it refracts by the indices of both media. Paths pass straight through other
-//! surfaces of dielectrics (Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images").
+//! surfaces of dielectrics (Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images"). Thin sheets and
+//! metals reflect by their indices relative to the effective medium.
 //!
 //! - A path starts inside the dielectrics that an upward ray from the camera's eye leaves without having entered them,
 //!   for every position on the lens or the film. A path that leaves a dielectric without having entered it has been
@@ -46,7 +47,8 @@ pub(crate) struct Around<F: Float> {
     pub(crate) here: Interiors<F>,
     /// The media beyond the surface that the path hit.
     pub(crate) beyond: Interiors<F>,
-    /// The index of refraction outside that surface's dielectric; 1 for other surfaces.
+    /// In scenes with priorities, the index of refraction above that surface: that of the effective medium outside a
+    /// dielectric, and on both sides of other surfaces. Otherwise 1.
     pub(crate) outside: F,
     /// The number of surfaces passed since the last bounce, without holes.
     pub(crate) passed: F::Uint,
@@ -334,11 +336,7 @@ fn cross<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters:
     }
     let is_bounded = F::Uint::splat(0).lt(medium);
     let around = outer.first();
-    Crossing {
-        beyond,
-        outside: F::select(is_bounded, media.index(around), F::splat(1.0)),
-        passes: is_bounded & around.eq(inner.first()),
-    }
+    Crossing { beyond, outside: media.index(around), passes: is_bounded & around.eq(inner.first()) }
 }
 
 /// The BSDF at an interaction. Interfaces refract by the indices of the two effective media.
@@ -458,8 +456,9 @@ mod tests {
         assert_eq!(follow(media, &within).0, vec![Some(1.0), Some(3.0), Some(3.0), Some(1.0)]);
         let hidden = [(TWO, true), (ONE, true), (ONE, false), (TWO, false)];
         assert_eq!(follow(media, &hidden).0, vec![Some(1.0), None, None, Some(1.0)]);
-        // Opaque materials are always hit, and have no outside index.
-        assert_eq!(follow(media, &[(TWO, true), (0, true)]).0, vec![Some(1.0), Some(1.0)]);
+        // Opaque materials are always hit, with the index of the medium that they are in.
+        assert_eq!(follow(media, &[(TWO, true), (0, true)]).0, vec![Some(1.0), Some(4.0)]);
+        assert_eq!(follow(media, &[(0, true)]).0, vec![Some(1.0)]);
     }
 
     #[test]

@@ -39,7 +39,7 @@ mod whitted;
 pub use build::{build, contributes, path, path_naive};
 pub use first_hit::FirstHit;
 pub use next_event::NextEvent;
-pub use observe::{Event, Observer};
+pub use observe::{Event, Observer, Passage};
 pub use paths::{Finished, Found, Paths, Settings};
 pub use roulette::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use whitted::Whitted;

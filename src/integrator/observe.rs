@@ -29,6 +29,11 @@ pub enum Event {
         /// Radiance emitted towards the ray's origin.
         emitted: [f32; 3],
     },
+    /// The ray passes straight through the surface that it hit, which is no bounce.
+    Pass {
+        /// The reason.
+        through: Passage,
+    },
     /// The ray leaves the scene.
     Escape {
         /// The radiance of the environment and of lights at infinity.
@@ -65,6 +70,18 @@ pub enum Event {
         radiance: [f32; 3],
     },
 }
+
+/// The reason why a path passes straight through a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// The material's opacity is below one, and the random number chose the part that is open.
+    Hole,
+    /// The effective medium is the same on both sides: a dielectric of a higher priority, or the same one, is around.
+    NoInterface,
+}
+
+/// The end of a path that passed too many surfaces in a row.
+pub(super) const TOO_MANY_PASSED: &str = "too many surfaces that are no interfaces";
 
 /// A log of the events of a path, if the caller wants one.
 ///

@@ -7,7 +7,7 @@ use super::first_hit::{FirstHit, FirstHits};
 use super::interiors::{self, Around, InMemory, Surroundings};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
-use super::observe::{Event, Observer, ray_event, rgb};
+use super::observe::{Event, Observer, Passage, TOO_MANY_PASSED, ray_event, rgb};
 use super::paths::{Finished, Found, Paths, Settings};
 use super::queue::{Queue, Start};
 use super::roulette::roulette;
@@ -241,7 +241,7 @@ fn step<F: Float, S: Surroundings<F>>(
                 #[inline(always)]
                 || leave(transport, context, state, &vertex.at, going, around, observer),
             );
-            pass_on(context, &state, &vertex, is_none, left)
+            pass_on(context, &state, &vertex, is_none, left, observer)
         },
     )
 }
@@ -255,6 +255,7 @@ fn pass_on<F: Float, S: Surroundings<F>>(
     vertex: &Vertex<F>,
     is_none: F::Mask,
     (left, around): (Stepped<F>, S),
+    observer: &mut Observer<'_>,
 ) -> (Stepped<F>, S) {
     if !interiors::are_tracked(context.scene) {
         return (left, around);
@@ -264,6 +265,13 @@ fn pass_on<F: Float, S: Surroundings<F>>(
         holes = vertex.holes;
     }
     let (around, goes) = interiors::straight_on(around, is_none, holes);
+    if observer.listens::<F>() && (is_none | holes).first() {
+        let through = if holes.first() { Passage::Hole } else { Passage::NoInterface };
+        observer.event::<F>(|| Event::Pass { through });
+        if !goes.first() {
+            observer.event::<F>(|| Event::End { reason: TOO_MANY_PASSED, radiance: rgb(met.l) });
+        }
+    }
     // Shadow rays pass through holes but end at surfaces that are no interfaces, so none could reach the emission
     // behind these.
     let previous = PreviousVertex { pdf: met.previous.pdf.only(!is_none), ..met.previous };

@@ -98,7 +98,7 @@ pub(super) fn resolve_hit<F: Float>(
     with_material(context, state, around, at, met)
 }
 
-/// These interactions with the materials that are met there, and the lanes that go through a hole.
+/// These interactions with resolved materials, and the lanes whose rays pass through a hole.
 #[inline(always)]
 pub(super) fn with_material<F: Float>(
     context: &TraceContext<'_>,
@@ -123,7 +123,7 @@ pub(super) fn with_material<F: Float>(
         );
     }
     let [mix, hole] = numbers;
-    let (at, opacity) = scene.modified(at, state.ray.d, met, mix);
+    let (at, opacity) = scene.modified(at, state.ray.d, met, met, mix);
     if !scene.materials.has_holes() {
         return (at, none);
     }

@@ -4,7 +4,7 @@ use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::holes::seen_through;
 use super::interiors::{self, Around};
-use super::observe::{Event, Observer, ray_event, rgb, vec3};
+use super::observe::{Event, Observer, Passage, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
 use super::vertex::{State, TraceContext, resolve_hit};
 use crate::camera::Camera;
@@ -23,6 +23,9 @@ use std::sync::Arc;
 /// Each matte hit samples every light once, area lights at a random point. A mesh that emits is one light if it has
 /// many triangles (see [`crate::light::LEAST_TRIANGLES`]), and otherwise one light per triangle. At glass both branches
 /// are followed. Emitters of infinite area are visible but illuminate no surface.
+///
+/// All branches of a sample together pass through at most 1024 holes, because their count also distinguishes the random
+/// numbers of the branches. Behind them, surfaces are opaque.
 pub struct Whitted {
     /// The scene's tables.
     pub scene: Arc<CompiledScene>,
@@ -150,6 +153,8 @@ impl Whitted {
         let mut l = emitted;
         if lit.is_none || lit.is_hole {
             let beyond = lit.pass_on(&ray);
+            let through = if lit.is_hole { Passage::Hole } else { Passage::NoInterface };
+            observer.event::<f32>(|| Event::Pass { through });
             *holes = beyond.around.holes.0;
             if beyond.passes {
                 stack.push((beyond.ray, beta, depth, beyond.around));

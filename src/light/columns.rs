@@ -1,5 +1,6 @@
 //! The rows of lights, stored by columns, in which each lane can look up a light of its own.
 
+use super::corner_uv::CornerUv;
 use crate::math::{Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3, push3};
 use crate::sampling::Grids;
 use crate::shape::BOUNDS_ERROR;
@@ -17,10 +18,12 @@ pub struct LightRow {
     /// of an environment map.
     pub edge_u: [f32; 3],
     /// The second edge, the radius perpendicular to the first, a cylinder's axis from end to end, or the direction of
-    /// the column a quarter of the map to the left of the centre.
+    /// the column a quarter of the map to the left of the centre. For a textured sphere, disk or cylinder, both edges
+    /// are perpendicular radii.
     pub edge_v: [f32; 3],
     /// The normal of the emitting side of a quad, triangle or disk, the direction of the axis of a cylinder or spot,
-    /// the direction to the centre of a light at infinity, or to the upper edge of an environment map.
+    /// the direction to the centre of a light at infinity, or to the upper edge of an environment map. For a textured
+    /// sphere, disk or cylinder, the axis of uv.
     pub normal: [f32; 3],
     /// The radius of a sphere or cylinder; 1 − cos of the half angle of a spot's cone or of a disk at infinity; for an
     /// environment map, the fraction of emitted rays sampled by its grid.
@@ -37,11 +40,13 @@ pub struct LightRow {
     pub ramp_from: f32,
     /// For a spot: the slope of the intensity by cosine or by angle.
     pub ramp_slope: f32,
-    /// For a spot: the number of its [`Falloff`](super::Falloff).
+    /// For a spot: the number of its [`Falloff`](super::Falloff). For a textured sphere, disk or cylinder: that of its
+    /// profile.
     pub falloff: f32,
-    /// For a textured quad or an environment map: the texture.
+    /// For a textured surface or an environment map: the texture.
     pub texture: u32,
-    /// For a textured quad or an environment map: the start of its grid.
+    /// For a textured surface or an environment map: the start of its grid; for a textured triangle, its index in
+    /// [`CornerUv`].
     pub grid: u32,
     /// Radiance; intensity of a point light; irradiance of a light at infinity without a size; scale factor of a
     /// texture.
@@ -78,6 +83,8 @@ pub(super) struct Columns {
     pub(super) textures: Arc<TextureTable>,
     /// The grids by which points of textures are sampled.
     pub(super) grids: Grids,
+    /// The uv of textured triangles.
+    pub(super) corner_uv: CornerUv,
 }
 
 impl Columns {
@@ -142,6 +149,7 @@ impl Columns {
             extent: _,
             textures: _,
             grids: _,
+            corner_uv: _,
         } = self;
         reader.words("kind", kind);
         reader.vectors("origin", origin);
@@ -344,6 +352,12 @@ impl<'a, F: Float> LaneLights<'a, F> {
     #[inline(always)]
     pub fn grids(&self) -> &'a Grids {
         &self.columns.grids
+    }
+
+    /// The uv of the corners of textured triangles.
+    #[inline(always)]
+    pub fn corner_uv(&self) -> &'a CornerUv {
+        &self.columns.corner_uv
     }
 
     /// See [`LightRow::emission`].

@@ -4,7 +4,7 @@ use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
 use super::contract::Light;
 use super::sample::{EmittedRay, Escaped, LightSample};
-use super::textured_quad::textured_radiance;
+use super::textured_quad::limited;
 use crate::math::trig::{angle_turns, sin_cos_turns};
 use crate::math::{BELOW_ONE, Float, Frame, Mask, Rgb, Vec3, narrow};
 use crate::parameter::limits::RADIANCE;
@@ -161,7 +161,7 @@ fn by_solid_angle<F: Float>(density: F, sin: F) -> F {
 /// The radiance of a point of the picture.
 #[inline(always)]
 fn radiance<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, at: [F; 2]) -> Rgb<F> {
-    textured_radiance(lights.textures(), lights.texture(), at, Vec3::zero()) * emission
+    limited(lights.textures().image_value(lights.texture(), at)) * emission
 }
 
 impl Light for EnvironmentMap {

@@ -9,6 +9,8 @@ use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
 use super::spot::SpotLight;
 use super::textured_quad::TexturedQuad;
+use super::textured_round::TexturedRound;
+use super::textured_triangle::TexturedTriangle;
 use super::triangle::Triangle;
 use crate::math::{Float, Mask, Rgb, Vec3, function};
 use crate::shape::{Cylinder, Disk, Quad, Sphere};
@@ -270,6 +272,8 @@ kinds! {
     Spot: SpotLight,
     TexturedQuad: TexturedQuad,
     EnvironmentMap: EnvironmentMap,
+    TexturedRound: TexturedRound,
+    TexturedTriangle: TexturedTriangle,
     #[cfg(test)]
     Sky: super::test_sky::Sky,
 }

@@ -6,12 +6,12 @@
 //! | `contract` | the interface of lights: [`Light`], and [`LightParameters`] for their parameters |
 //! | `list` | the parameters of lights that are not surfaces, for scenes |
 //! | `kinds` | the list of kinds, and the dispatch of lanes to them |
-//! | `table`, `columns` | all lights of a scene, and their rows |
+//! | `table`, `columns`, `corner_uv` | all lights of a scene, and their rows |
 //! | `tree`, `bounds` | the choice among lights by estimates of their contribution |
 //! | `emitters` | the units that `whitted` samples: single lights, and meshes of many triangles |
 //! | `sample` | the results of sampling |
 //! | `area`, `flat`, `rectangle` | code shared by several kinds |
-//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder`, `textured_quad`, `environment_map` | the kinds |
+//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder`, `textured_quad`, `textured_round`, `textured_triangle`, `environment_map` | the kinds |
 //! | `power` | conversion of power to intensity |
 //! | `environment` | the constant environment |
 //!
@@ -21,6 +21,7 @@ mod area;
 mod bounds;
 mod columns;
 mod contract;
+mod corner_uv;
 mod cylinder;
 mod directional;
 mod disk;
@@ -41,6 +42,8 @@ mod table;
 #[cfg(test)]
 pub(crate) mod test_sky;
 mod textured_quad;
+mod textured_round;
+mod textured_triangle;
 mod tree;
 mod triangle;
 
@@ -48,6 +51,7 @@ pub use area::AreaLight;
 pub use bounds::LightBounds;
 pub use columns::{LaneLights, LightRow};
 pub use contract::{Light, LightList, LightParameters, ListedLight};
+pub use corner_uv::{CornerUv, UvTriangle};
 pub use directional::{Distant, DistantDisk};
 pub use emitters::{Emitter, LEAST_TRIANGLES, MeshEmitter};
 pub use environment::Environment;
@@ -60,6 +64,8 @@ pub use sample::{EmittedRay, Escaped, LightSample, SHADOW_LENGTH};
 pub use spot::{Falloff, Ramp, SpotLight};
 pub use table::{LightGroups, LightTable, NO_LIGHT};
 pub use textured_quad::{TexturedQuad, textured_radiance};
+pub use textured_round::TexturedRound;
+pub use textured_triangle::TexturedTriangle;
 pub use tree::{
     COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightChoice, LightNode, LightTree, NARROW, NEARNESS,
 };

@@ -4,12 +4,15 @@ use super::area::AreaLight;
 use super::bounds::LightBounds;
 use super::columns::{Columns, LaneLights};
 use super::contract::{LightList, ListedLight};
+use super::corner_uv::{CornerUv, UvTriangle};
 use super::emitters::{self, Emitter, MeshEmitter};
 use super::environment::Environment;
 use super::environment_map::{EnvironmentMap, EnvironmentMapParameters};
 use super::kinds::{self, LightKind};
 use super::sample::{EmittedRay, LightSample};
 use super::textured_quad::TexturedQuad;
+use super::textured_round::TexturedRound;
+use super::textured_triangle::textured_mesh;
 use super::tree::LightTree;
 use super::triangle::Triangle;
 use crate::math::{BELOW_ONE, Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3};
@@ -106,13 +109,27 @@ impl LightTable {
         self.columns.textures = textures;
     }
 
-    /// Adds a piece of a shape that emits one of the textures. Returns its index, or [`NO_LIGHT`] if it is black or not
-    /// a quad; paths hit such shapes only by chance.
+    /// Adds a piece of a shape that emits one of the textures. Returns its index, or [`NO_LIGHT`] if it is black, or a
+    /// plane or another piece that is not sampled, which paths only hit by chance.
     pub fn push_textured(&mut self, piece: &Piece, flipped: bool, texture: u32) -> u32 {
-        let Piece::Quad(quad) = *piece else { return NO_LIGHT };
         let textures = Arc::clone(&self.columns.textures);
-        let light = TexturedQuad::new(quad, flipped, texture, &textures, &mut self.columns.grids);
-        light.map_or(NO_LIGHT, |light| self.push(light))
+        let grids = &mut self.columns.grids;
+        let round = match *piece {
+            Piece::Quad(quad) => {
+                let light = TexturedQuad::new(quad, flipped, texture, &textures, grids);
+                return light.map_or(NO_LIGHT, |light| self.push(light));
+            }
+            Piece::Sphere(sphere) => TexturedRound::sphere(sphere, flipped, texture, &textures, grids),
+            Piece::Custom(CustomShape::Disk(disk)) => {
+                TexturedRound::disk(disk, flipped, texture, &textures, grids)
+            }
+            Piece::Custom(CustomShape::Cylinder(cylinder)) => {
+                TexturedRound::cylinder(cylinder, flipped, texture, &textures, grids)
+            }
+            #[allow(unreachable_patterns, reason = "custom shapes that are not sampled need not be listed")]
+            Piece::Plane(_) | Piece::Custom(_) => None,
+        };
+        round.map_or(NO_LIGHT, |light| self.push(light))
     }
 
     /// Adds an environment map with one of the textures. Returns its index, or [`NO_LIGHT`] if it is black.
@@ -145,6 +162,28 @@ impl LightTable {
         }
         self.meshes.push(first..self.len() as u32);
         first
+    }
+
+    /// Adds the triangles of a mesh whose outward side emits one of the textures. Returns the index of the first one, or
+    /// [`NO_LIGHT`] if all are black.
+    pub fn push_textured_mesh(&mut self, triangles: &[UvTriangle], flipped: bool, texture: u32) -> u32 {
+        let textures = Arc::clone(&self.columns.textures);
+        let lights = textured_mesh(triangles, flipped, texture, &textures, &mut self.columns.corner_uv);
+        if lights.is_empty() {
+            return NO_LIGHT;
+        }
+        let first = self.len() as u32;
+        for light in lights {
+            let index = self.push(light);
+            self.bounds[index as usize].mesh = Some(first);
+        }
+        self.meshes.push(first..self.len() as u32);
+        first
+    }
+
+    /// The uv of the corners of textured triangles.
+    pub fn corner_uv(&self) -> &CornerUv {
+        &self.columns.corner_uv
     }
 
     /// Sets the environment, which rays that leave the scene see behind all lights at infinity.

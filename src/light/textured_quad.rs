@@ -10,7 +10,7 @@ use crate::math::{Float, Rgb, Vec3};
 use crate::parameter::limits::RADIANCE;
 use crate::sampling::{CELLS, Grids};
 use crate::shape::{Quad, Shape};
-use crate::texture::{Site, TextureTable};
+use crate::texture::{SecondUv, Site, TextureTable};
 
 /// The number of points per side of each cell at which a texture is evaluated for a grid.
 const POINTS: usize = 2;
@@ -32,13 +32,14 @@ pub struct TexturedQuad {
 
 /// The radiance of a texture at points. It is never filtered, so that all paths find the same one.
 #[inline(always)]
-pub fn textured_radiance<F: Float>(
-    textures: &TextureTable,
-    texture: F::Uint,
-    uv: [F; 2],
-    p: Vec3<F>,
-) -> Rgb<F> {
-    let value = textures.value(texture, Site { p, uv, footprint: F::zero() });
+pub fn textured_radiance<F: Float>(textures: &TextureTable, texture: F::Uint, site: Site<F>) -> Rgb<F> {
+    let second = SecondUv { footprint: F::zero(), ..site.second };
+    limited(textures.value(texture, Site { footprint: F::zero(), second, ..site }))
+}
+
+/// The values of a texture as radiance, within its limits.
+#[inline(always)]
+pub(super) fn limited<F: Float>(value: Rgb<F>) -> Rgb<F> {
     let (least, most) = (F::zero(), F::splat(RADIANCE.most as f32));
     Rgb::new(value.r.max(least).min(most), value.g.max(least).min(most), value.b.max(least).min(most))
 }
@@ -60,7 +61,7 @@ impl TexturedQuad {
             let (x, y) = (i % side, i / side);
             let at = [x, y].map(|i| (i as f32 + 0.5) / side as f32);
             let p = corner + u * at[0] + v * at[1];
-            let radiance = textured_radiance(textures, Wrapping(texture), at, p).channels();
+            let radiance = textured_radiance(textures, Wrapping(texture), Site::new(p, at, 0.0)).channels();
             numbers[y / POINTS * CELLS + x / POINTS] += grey(radiance) as f32;
             sum.iter_mut().zip(radiance).for_each(|(sum, x)| *sum += f64::from(x));
         }
@@ -150,7 +151,7 @@ fn drawn<F: Float>(
     let (grids, grid) = (lights.grids(), lights.grid());
     let at = grids.sample(grid, numbers);
     let p = lights.origin + u * at[0] + v * at[1];
-    let radiance = textured_radiance(lights.textures(), lights.texture(), at, p);
+    let radiance = textured_radiance(lights.textures(), lights.texture(), Site::new(p, at, F::zero()));
     (at, grids.density(grid, at), radiance * emission)
 }
 

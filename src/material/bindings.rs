@@ -393,7 +393,7 @@ mod tests {
         };
         let bindings = Bindings::new(2, &[binding("transmittance"), binding("ior")]);
         let textures = compiler.finish();
-        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
+        let site = Site::new(Vec3::zero(), [0.0_f32; 2], 0.0);
         let own = Numbers { colour: Rgb::splat([0.1; 3]), further: [0.125; NUMBERS] };
         let apply = |row| bindings.apply(&textures, Wrapping(row), site, own);
         assert_eq!(apply(0).further, own.further);
@@ -413,7 +413,7 @@ mod tests {
         let binding = |slot, most| Binding { row: 0, slot: parameter(slot, most), texture };
         let all = [binding(Slot::Colour, 1.0), binding(Slot::Numbers(6), 0.3), binding(Slot::Number(0), 0.0)];
         let bindings = Bindings::new(1, &all);
-        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
+        let site = Site::new(Vec3::zero(), [0.0_f32; 2], 0.0);
         let own = Numbers { colour: Rgb::black(), further: [0.125; NUMBERS] };
         let found = bindings.apply(&compiler.finish(), Wrapping(0), site, own);
         assert_eq!(found.colour, Rgb::splat([0.25, 0.0625, LEAST_ALPHA]));

@@ -3,7 +3,7 @@
 use super::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 use super::kind::{Kind, Kinds, materials};
 use super::program::Leaf;
-use super::row::{IOR, Numbers, Site};
+use super::row::{IOR, METAL_INDICES, Numbers, Site};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3, function, value};
 
 /// The data from which the scattering functions of hits are made.
@@ -244,11 +244,23 @@ impl<F: Float> Bsdf<F> {
         })
     }
 
-    /// The same if the index of refraction above a dielectric's surface is `outside`, and that of its row is below;
-    /// `outside` is 1 for all others.
+    /// The same where the index of refraction above the surface is `outside`: the indices of dielectrics, thin sheets
+    /// and metals become relative to it.
     #[inline(always)]
     pub fn within(mut self, outside: F) -> Self {
-        self.local.numbers.further[IOR] = self.local.numbers.further[IOR] / outside;
+        // Other materials have no number there.
+        let own = self.local.numbers.further;
+        let mut further = own;
+        further[IOR] = own[IOR] / outside;
+        if self.kinds.has(Kind::Conductor) | self.kinds.has(Kind::SmoothConductor) {
+            let is_metal = self.local.is(Kind::Conductor) | self.local.is(Kind::SmoothConductor);
+            let mut i = 0;
+            while i < METAL_INDICES {
+                further[i] = F::select(is_metal, own[i] / outside, further[i]);
+                i += 1;
+            }
+        }
+        self.local.numbers.further = further;
         self
     }
 
@@ -383,7 +395,7 @@ mod tests {
         for (colour, some_are_black) in [(0.0, true), (0.5, false)] {
             let (mut scattered, mut black) = (0, 0);
             for row in rows(colour) {
-                let site = Site { p: Vec3::zero(), uv: [0.5; 2], footprint: 0.0 };
+                let site = Site::new(Vec3::zero(), [0.5; 2], 0.0);
                 let table = MaterialTable::new(vec![row]);
                 let bsdf = table.bsdf(Wrapping(0), site);
                 black += u32::from(bsdf.is_black());

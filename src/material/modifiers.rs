@@ -2,7 +2,7 @@
 
 use super::list::MaterialKind;
 use super::row::{Row, Site};
-use crate::math::{ColumnReader, Float, Uint};
+use crate::math::{ColumnReader, Float, Uint, Vec3, push3};
 use crate::parameter::{
     Declaration, Declared, Family, Named, Number, ParameterKind, Problem, Value, parameters,
 };
@@ -26,8 +26,10 @@ parameters! {
         normal_map: Option<Named> = ParameterKind::Texture => nothing,
         /// Scales x and y of the normals of `normal_map`.
         normal_scale: f64 = ParameterKind::Number(Number::between(-1e3, 1e3)) => "1" uncounted Value::Number(1.0),
-        /// The name of a texture of heights, whose slopes tilt the normal; its red channel is used. It is applied
-        /// before `normal_map`. The map of an inner material replaces this one.
+        /// The name of a texture of heights, whose slopes tilt the normal; its red channel is used. Slopes are measured
+        /// over a quarter of a texel of the finest picture in the texture, a thirty-second of a check or of a feature of
+        /// noise, whichever is least. It is applied before `normal_map`. The map of an inner material
+        /// replaces this one.
         bump_map: Option<Named> = ParameterKind::Texture => nothing,
         /// The height, outwards and in the scene's unit of length, of a value of 1 in `bump_map`.
         bump_scale: f64 = ParameterKind::Number(Number::between(-1e18, 1e18)) => "1" uncounted Value::Number(1.0),
@@ -116,6 +118,10 @@ pub struct RowModifiers {
     pub bump_map: u32,
     /// See [`Modifiers::bump_scale`].
     pub bump_scale: f32,
+    /// The distances over which slopes of heights are measured: along u and along v, and in the scene's unit of length.
+    pub bump_steps: [f32; 3],
+    /// Whether `normal_map` and `bump_map` depend on the second set of uv.
+    pub second_uv: [bool; 2],
 }
 
 /// No modifiers.
@@ -130,6 +136,8 @@ impl Default for RowModifiers {
             normal_scale: 1.0,
             bump_map: NO_TEXTURE,
             bump_scale: 1.0,
+            bump_steps: [1.0; 3],
+            second_uv: [false; 2],
         }
     }
 }
@@ -150,6 +158,12 @@ const MAP: u32 = 1;
 const BACK: u32 = 2;
 /// The bit of rows with an opacity.
 const HOLE: u32 = 4;
+/// The bit of rows that have an opacity or lead to a row that has one.
+const LEADS_TO_HOLE: u32 = 8;
+/// The bit of rows whose normal map uses the second set of uv.
+const SECOND_NORMALS: u32 = 16;
+/// The bit of rows whose bump map does.
+const SECOND_BUMPS: u32 = 32;
 
 /// The modifiers of all rows, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -164,6 +178,7 @@ pub struct ModifierColumns {
     normal_scale: Vec<f32>,
     bump_map: Vec<u32>,
     bump_scale: Vec<f32>,
+    bump_steps: [Vec<f32>; 3],
     /// Whether any row has an opacity.
     pub(super) has_holes: bool,
     /// Whether any row has a material for the back side.
@@ -177,12 +192,22 @@ pub struct ModifierColumns {
 }
 
 impl ModifierColumns {
-    /// The modifiers of some rows.
-    pub(super) fn new(rows: &[RowModifiers]) -> ModifierColumns {
+    /// The modifiers of all rows. Rows lead only to rows before them.
+    pub(super) fn new(materials: &[Row], rows: &[RowModifiers]) -> ModifierColumns {
         let mut all = ModifierColumns::default();
-        for (i, row) in (0..).zip(rows) {
+        for (i, (material, row)) in (0..).zip(materials.iter().zip(rows)) {
             let (map, back, hole) = (row.has_map(), row.back.is_some(), row.has_hole());
-            all.modified.push((u32::from(map) * MAP) | (u32::from(back) * BACK) | (u32::from(hole) * HOLE));
+            let leads = hole || next_rows(material, row).any(|next| all.modified[next] & LEADS_TO_HOLE != 0);
+            let [normals, bumps] = row.second_uv;
+            let bits = [
+                (map, MAP),
+                (back, BACK),
+                (hole, HOLE),
+                (leads, LEADS_TO_HOLE),
+                (normals, SECOND_NORMALS),
+                (bumps, SECOND_BUMPS),
+            ];
+            all.modified.push(bits.into_iter().map(|(has, bit)| u32::from(has) * bit).sum());
             all.opacity.push(row.opacity);
             all.opacity_texture.push(row.opacity_texture);
             all.amount_texture.push(row.amount_texture);
@@ -191,6 +216,7 @@ impl ModifierColumns {
             all.normal_scale.push(row.normal_scale);
             all.bump_map.push(row.bump_map);
             all.bump_scale.push(row.bump_scale);
+            push3(&mut all.bump_steps, row.bump_steps);
             all.has_holes |= hole;
             all.has_backs |= back;
             all.has_normals |= row.normal_map != NO_TEXTURE;
@@ -223,6 +249,7 @@ impl ModifierColumns {
         reader.floats("normal_scale", &self.normal_scale);
         reader.words("bump_map", &self.bump_map);
         reader.floats("bump_scale", &self.bump_scale);
+        reader.vectors("bump_steps", &self.bump_steps);
     }
 
     /// The lanes whose row has modifiers.
@@ -235,6 +262,12 @@ impl ModifierColumns {
     fn with<F: Float>(&self, row: F::Uint, bit: u32) -> F::Mask {
         let bit = F::Uint::splat(bit);
         (F::Uint::gather(&self.modified, row) & bit).eq(bit)
+    }
+
+    /// The lanes whose row has an opacity or leads to a row that has one.
+    #[inline(always)]
+    pub(super) fn leads_to_hole<F: Float>(&self, row: F::Uint) -> F::Mask {
+        self.with::<F>(row, LEADS_TO_HOLE)
     }
 
     /// The lanes whose row has a map.
@@ -275,6 +308,24 @@ impl ModifierColumns {
     pub(super) fn bumps<F: Float>(&self, row: F::Uint) -> (F::Uint, F) {
         (F::Uint::gather(&self.bump_map, row), F::gather(&self.bump_scale, row))
     }
+
+    /// The lanes whose normal map uses the second set of uv.
+    #[inline(always)]
+    pub(super) fn normals_second<F: Float>(&self, row: F::Uint) -> F::Mask {
+        self.with::<F>(row, SECOND_NORMALS)
+    }
+
+    /// The lanes whose bump map does.
+    #[inline(always)]
+    pub(super) fn bumps_second<F: Float>(&self, row: F::Uint) -> F::Mask {
+        self.with::<F>(row, SECOND_BUMPS)
+    }
+
+    /// The distances over which the slopes of the heights of rows are measured.
+    #[inline(always)]
+    pub(super) fn bump_steps<F: Float>(&self, row: F::Uint) -> Vec3<F> {
+        Vec3::gather(&self.bump_steps, row)
+    }
 }
 
 /// The lanes that have a texture.
@@ -294,13 +345,18 @@ fn share<F: Float>(textures: &TextureTable, texture: F::Uint, own: F, site: Site
     )
 }
 
+/// The rows to which a row leads: those among which it chooses, and that of its back side.
+fn next_rows<'a>(row: &'a Row, own: &'a RowModifiers) -> impl Iterator<Item = usize> + 'a {
+    let choices = if row.kind.is_chooser() { &row.choices[..] } else { &[] };
+    choices.iter().chain(&own.back).map(|&next| next as usize)
+}
+
 /// The greatest number of steps from a row to a leaf, through choosers and materials of back sides. All of them precede
 /// the rows that lead to them.
 pub(super) fn longest_path(rows: &[Row], modifiers: &[RowModifiers]) -> u32 {
     let mut steps: Vec<u32> = Vec::with_capacity(rows.len());
     for (row, own) in rows.iter().zip(modifiers) {
-        let choices = if row.kind.is_chooser() { &row.choices[..] } else { &[] };
-        let longest = choices.iter().chain(&own.back).map(|&next| 1 + steps[next as usize]).max();
+        let longest = next_rows(row, own).map(|next| 1 + steps[next]).max();
         steps.push(longest.unwrap_or(0));
     }
     steps.into_iter().max().unwrap_or(0)

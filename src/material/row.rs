@@ -20,6 +20,9 @@ const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 /// The index of a dielectric's index of refraction among the numbers of its row.
 pub(super) const IOR: usize = 3;
 
+/// The number of the first further numbers of metals that are indices of refraction and extinction coefficients.
+pub(super) const METAL_INDICES: usize = 6;
+
 /// The medium inside a dielectric, except for its index of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
@@ -136,11 +139,13 @@ impl Columns {
         // are listed one by one, because a loop over them would keep them in memory.
         let mut first = [F::zero(); NUMBERS / 2];
         if self.used > 0 {
-            first = [self.number(0, row), self.number(1, row), self.number(2, row), self.number(3, row)];
+            let [a, b, c, d, ..] = &self.numbers;
+            first = F::gather_all([a, b, c, d], row);
         }
         let mut last = [F::zero(); NUMBERS / 2];
         if self.used > NUMBERS / 2 {
-            last = [self.number(4, row), self.number(5, row), self.number(6, row), self.number(7, row)];
+            let [.., a, b, c, d] = &self.numbers;
+            last = F::gather_all([a, b, c, d], row);
         }
         let ([a, b, c, d], [e, f, g, h]) = (first, last);
         let further = [a, b, c, d, e, f, g, h];

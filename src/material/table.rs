@@ -148,7 +148,7 @@ impl MaterialTable {
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
         let is_anisotropic = rows.iter().any(|row| row.is_anisotropic);
         let bindings = Bindings::new(rows.len(), bindings);
-        let modifiers = ModifierColumns::new(modifiers);
+        let modifiers = ModifierColumns::new(&rows, modifiers);
         let media = Media::new(&rows);
         let is_walked = kinds.has(Kind::Mix) | modifiers.has_any();
         let mut table = MaterialTable {
@@ -171,7 +171,7 @@ impl MaterialTable {
         table.uses_uv = all.clone().any(|row| table.lanes_using_uv::<f32>(Wrapping(row)));
         table.has_delta = all.clone().any(|row| {
             let numbers = table.columns.numbers::<f32>(Wrapping(row));
-            let site = Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 };
+            let site = Site::new(Vec3::zero(), [0.0; 2], 0.0);
             table.bsdf_of(Local { kind: table.columns.kind(Wrapping(row)), numbers, site }).has_delta()
         });
         table
@@ -364,7 +364,7 @@ mod tests {
 
     #[test]
     fn numbers_of_some_rows_are_read_in_their_lanes() {
-        let site = Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 };
+        let site = Site::new(Vec3::zero(), [0.0; 2], 0.0);
         let glass =
             GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.75, 0.5, 0.25] }.row();
         let table = MaterialTable::new(vec![

@@ -55,6 +55,12 @@ impl MaterialTable {
         self.modifiers.has_holes
     }
 
+    /// The lanes whose material may have an opacity, by itself or where it leads to another one.
+    #[inline(always)]
+    pub fn may_have_holes<F: Float>(&self, material: F::Uint) -> F::Mask {
+        self.modifiers.leads_to_hole::<F>(material)
+    }
+
     /// Whether any material has a normal or bump map.
     #[inline(always)]
     pub fn has_maps(&self) -> bool {
@@ -73,7 +79,7 @@ impl MaterialTable {
     #[inline(always)]
     pub fn walk<F: Float>(&self, row: F::Uint, site: Site<F>, behind: F::Mask, number: F) -> Walked<F> {
         let one = F::splat(1.0);
-        let mut walked = Walked {
+        let start = Walked {
             material: row,
             uv: site.uv,
             scale: [one; 2],
@@ -84,10 +90,19 @@ impl MaterialTable {
             map_uv: site.uv,
             map_scale: [one; 2],
         };
-        for _ in 0..=self.nesting {
-            walked = self.step(walked, site, behind);
+        if self.nesting == 0 {
+            return self.step(start, site, behind);
         }
-        walked
+        // A loop, not its steps in a row: each step evaluates textures, and GPUs' compilers inline everything.
+        F::repeat(
+            F::Mask::splat(true),
+            start,
+            #[inline(always)]
+            |walked| {
+                let next = self.step(walked, site, behind);
+                (next, next.is_new)
+            },
+        )
     }
 
     /// The effect of a row on a walk, and the next row; a leaf without a back side is the end.
@@ -145,7 +160,7 @@ impl MaterialTable {
 
 /// `a` where the mask is set, `b` elsewhere.
 #[inline(always)]
-fn select2<F: Float>(mask: F::Mask, [a0, a1]: [F; 2], [b0, b1]: [F; 2]) -> [F; 2] {
+pub(super) fn select2<F: Float>(mask: F::Mask, [a0, a1]: [F; 2], [b0, b1]: [F; 2]) -> [F; 2] {
     [F::select(mask, a0, b0), F::select(mask, a1, b1)]
 }
 
@@ -174,7 +189,7 @@ mod tests {
     }
 
     fn walk(table: &MaterialTable, row: u32, uv: [f32; 2], behind: bool, number: f32) -> Walked<f32> {
-        let site = Site { p: Vec3::zero(), uv, footprint: 0.0 };
+        let site = Site::new(Vec3::zero(), uv, 0.0);
         table.walk(Wrapping(row), site, behind, number)
     }
 
@@ -194,6 +209,23 @@ mod tests {
         assert_eq!((odd.material.0, odd.scale), (1, [2.0, 3.0]));
         assert!((odd.uv[0] - 0.2).abs() < 1e-6 && (odd.uv[1] - 0.3).abs() < 1e-6);
         assert_eq!(walk(&table, 1, [0.6, 0.1], false, 0.9).material.0, 1);
+    }
+
+    #[test]
+    fn holes_are_known_from_all_rows_that_lead_to_them() {
+        let with = |change: &dyn Fn(&mut [RowModifiers; 5])| {
+            let mut modifiers = [RowModifiers::default(); 5];
+            change(&mut modifiers);
+            let table = table(modifiers);
+            [0, 1, 2, 3, 4].map(|row| table.may_have_holes::<f32>(Wrapping(row)))
+        };
+        assert_eq!(with(&|_| ()), [false; 5]);
+        // The matte is in both mixes, and in the checkerboard by one of them.
+        assert_eq!(with(&|all| all[0].opacity = 0.5), [true, false, true, true, true]);
+        assert_eq!(with(&|all| all[2].opacity = 0.5), [false, false, true, true, true]);
+        assert_eq!(with(&|all| all[4].opacity_texture = 0), [false, false, false, false, true]);
+        let behind = |all: &mut [RowModifiers; 5]| (all[0].opacity, all[1].back) = (0.5, Some(0));
+        assert_eq!(with(&behind), [true; 5]);
     }
 
     #[test]

@@ -49,7 +49,8 @@ impl<F: Float> Vec3<F> {
     #[inline(always)]
     pub fn gather<T: AsRef<[f32]>>(table: &[T; 3], index: F::Uint) -> Self {
         let [x, y, z] = table;
-        Vec3::new(F::gather(x.as_ref(), index), F::gather(y.as_ref(), index), F::gather(z.as_ref(), index))
+        let [x, y, z] = F::gather_all([x.as_ref(), y.as_ref(), z.as_ref()], index);
+        Vec3::new(x, y, z)
     }
     /// The scalar product.
     #[inline(always)]
@@ -176,7 +177,8 @@ impl<F: Float> Rgb<F> {
     /// `table[index]` for each lane, from one table for each channel.
     #[inline(always)]
     pub fn gather(table: &[Vec<f32>; 3], index: F::Uint) -> Self {
-        Rgb::new(F::gather(&table[0], index), F::gather(&table[1], index), F::gather(&table[2], index))
+        let [r, g, b] = F::gather_all([&table[0], &table[1], &table[2]], index);
+        Rgb::new(r, g, b)
     }
     /// `a` where the mask holds, `b` elsewhere.
     #[inline(always)]

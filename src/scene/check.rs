@@ -7,6 +7,7 @@ use super::description::{
 use super::groups;
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, misplaced};
+use super::second_uv::{Lacking, lacking};
 use super::spelling::quote;
 use super::textures::{self, Broken};
 use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
@@ -78,7 +79,20 @@ impl fmt::Display for SceneProblem {
 }
 
 impl Scene {
-    /// The scene, if it satisfies all invariants; otherwise all violations.
+    /// The scene, if it satisfies all invariants. Scenes from files do; scenes that are built in code should be checked
+    /// before they are rendered.
+    ///
+    /// ```
+    /// # use stride::Scene;
+    /// let mut scene = Scene::default();
+    /// scene.film.width = 0;
+    /// let problems = scene.checked().unwrap_err();
+    /// assert_eq!(problems[0].to_string(), "the film: width must be from 1 to 65536, not 0");
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// All violations of invariants.
     pub fn checked(self) -> Result<Scene, Vec<SceneProblem>> {
         let problems = self.problems();
         if problems.is_empty() { Ok(self) } else { Err(problems) }
@@ -95,6 +109,12 @@ impl Scene {
         check_lights(&self.lights, &mut problems);
         if problems.is_empty() {
             check_groups(self, &mut problems);
+            for Lacking { first, message } in lacking(self) {
+                problems.push(SceneProblem {
+                    part: Part::Entity(first, self.entities[first].name.clone()),
+                    message,
+                });
+            }
         }
         problems
     }
@@ -369,7 +389,9 @@ fn check_placement(entities: &[Entity], problems: &mut Vec<SceneProblem>) {
 
 fn check_mesh(mesh: &Mesh, found: &mut Findings<'_>) {
     let vertices = mesh.positions.len();
-    for (name, numbers) in [("normals", mesh.normals.len()), ("uv", mesh.uv.len())] {
+    let columns =
+        [("normals", mesh.normals.len()), ("uv", mesh.uv.len()), ("second uv", mesh.second_uv.len())];
+    for (name, numbers) in columns {
         if ![0, vertices].contains(&numbers) {
             return found.add(format!("its mesh has {vertices} vertices and {numbers} {name}"));
         }

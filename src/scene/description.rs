@@ -32,6 +32,20 @@ use glam::DVec3;
 
 /// A scene. Scenes from readers are checked: indices and values are in range. The default is that of an empty scene
 /// file.
+///
+/// ```
+/// use stride::scene::{CameraSettings, MatteParameters, SphereParameters};
+/// use stride::{Render, Scene};
+///
+/// let mut scene = Scene { camera: CameraSettings::looking_at([0.0, -5.0, 0.0], [0.0; 3]), ..Scene::default() };
+/// let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3], roughness: 0.0 });
+/// scene.add_entity("ball", SphereParameters { center: [0.0; 3].into(), radius: 1.0 }, white);
+/// scene.environment = [1.0; 3];
+/// let scene = scene.checked().expect("a valid scene");
+/// let report = Render::new(&scene).size((8, 6)).samples(1).run()?;
+/// assert_eq!(report.picture.rgb[0], [1.0; 3]); // the sky, in the corner
+/// # Ok::<(), stride::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// The size of the image and its reconstruction from samples.
@@ -54,9 +68,9 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// The lights that are no surfaces.
     pub lights: Vec<Light>,
-    /// Constant radiance from the environment, W·m⁻²·sr⁻¹,
+    /// Constant radiance from the environment, W·m⁻²·sr⁻¹.
     pub environment: Colour,
-    /// and an environment picture, which is added to it.
+    /// An environment picture, whose radiance is added to the constant one.
     pub environment_picture: Option<EnvironmentPicture>,
 }
 
@@ -64,7 +78,7 @@ impl Scene {
     /// Whether the scene contains any light.
     pub fn has_light(&self) -> bool {
         let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
-        self.entities.iter().any(|entity| shines(&entity.emission) || entity.emission_texture.is_some())
+        self.entities.iter().any(Entity::emits)
             || self.lights.iter().any(|light| {
                 light.values().iter().any(|value| matches!(value, Value::Colour(colour) if shines(colour)))
             })
@@ -141,13 +155,19 @@ pub struct Entity {
     pub material: usize,
     /// Radiance emitted on the outward side, W·m⁻²·sr⁻¹.
     pub emission: Colour,
-    /// The texture of the emission, which replaces `emission`. Quads and boxes are sampled in proportion to it; paths
-    /// find the emission of other shapes by chance.
+    /// The texture of the emission, which replaces `emission`.
     pub emission_texture: Option<usize>,
     /// Whether the outward side and the inward side are swapped.
     pub flip_normal: bool,
     /// Index of the group that contains it and in whose space it is; `None` in the world.
     pub within: Option<usize>,
+}
+
+impl Entity {
+    /// Whether it emits.
+    pub fn emits(&self) -> bool {
+        self.emission.iter().any(|&channel| channel > 0.0) || self.emission_texture.is_some()
+    }
 }
 
 /// A sphere of radius 1 at the origin, with the first material and without emission.

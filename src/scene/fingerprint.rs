@@ -15,6 +15,7 @@ use super::description::{
 };
 use crate::parameter::{Family, ImageIndex, ParameterKind, Value, Varying};
 use crate::shape::Mesh;
+use crate::texture::uses_of_second_uv;
 
 /// The meshes that a scene was read from, in any order, each with the names of its file and part.
 ///
@@ -104,10 +105,12 @@ impl Fingerprint {
         for (i, light) in lights.iter().enumerate() {
             parts.push(Part::new(&format!("light {}", i + 1), |digest| digest.declared(light)));
         }
+        let kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
+        let uses_second_uv = uses_of_second_uv(&kinds).contains(&true);
         for (i, mesh) in meshes.into_iter().enumerate() {
             let file = sources.0.iter().find(|(_, known)| Arc::ptr_eq(known, mesh));
             let name = file.map_or_else(|| format!("mesh {}", i + 1), |(name, _)| name.clone());
-            parts.push(Part::new(&name, |digest| digest.mesh(mesh)));
+            parts.push(Part::new(&name, |digest| digest.mesh(mesh, uses_second_uv)));
         }
         for image in named {
             let image = &images[image];
@@ -324,12 +327,16 @@ impl Digest {
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh) {
-        let Mesh { positions, normals, uv, triangles } = mesh;
+    fn mesh(&mut self, mesh: &Mesh, uses_second_uv: bool) {
+        let Mesh { positions, normals, uv, second_uv, triangles } = mesh;
         self.flat(positions.as_flattened(), |x| (x + 0.0).to_bits());
         self.flat(normals.as_flattened(), |x| (x + 0.0).to_bits());
         self.flat(uv.as_flattened(), |x| (x + 0.0).to_bits());
         self.flat(triangles.as_flattened(), |index| index);
+        // Counted only if textures use it, so that films of scenes without it can be resumed.
+        if uses_second_uv && !second_uv.is_empty() {
+            self.flat(second_uv.as_flattened(), |x| (x + 0.0).to_bits());
+        }
     }
 
     /// Millions of words, hashed in pieces.

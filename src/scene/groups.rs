@@ -10,6 +10,13 @@ use glam::{DAffine3, DVec3};
 /// The maximum number of instances of groups, including those within groups; each takes 300 bytes.
 pub const MOST_PLACES: u64 = 1 << 24;
 
+/// The maximum number of lights in instances of groups. Every triangle or piece of an entity that emits is a light of its
+/// own in each instance, because lights are chosen one by one; each takes 600 bytes.
+pub const MOST_COPIED_LIGHTS: u64 = 1 << 23;
+
+/// The number of lights that a textured one other than a triangle counts as: its grid of densities takes 128 KiB.
+const LIGHTS_PER_GRID: u64 = 256;
+
 /// An instance of a group in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupPlace {
@@ -95,15 +102,13 @@ impl Scene {
         places.iter().for_each(|place| of_group[place.group].push(&place.transform));
         let is_written_out = |entity: &Entity| {
             let Some(group) = entity.within else { return false };
-            let is_textured = entity.emission_texture.is_some();
-            let shines = entity.emission.iter().any(|&channel| channel > 0.0) && !is_textured;
+            let emits = entity.emits();
             match &entity.shape {
-                Shape::Mesh { .. } => shines,
-                Shape::Quad(_) | Shape::Box(_) => shines || is_textured,
+                Shape::Mesh { .. } | Shape::Quad(_) | Shape::Box(_) => emits,
                 shape => {
-                    let keeps_uv = self.looks_at_uv(entity.material);
+                    let keeps_uv = self.looks_at_uv(entity.material) || entity.emission_texture.is_some();
                     let mut transforms = of_group[group].iter();
-                    shines && transforms.all(|transform| transformed(shape, transform, keeps_uv).is_some())
+                    emits && transforms.all(|transform| transformed(shape, transform, keeps_uv).is_some())
                 }
             }
         };
@@ -164,8 +169,8 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     if let Some(group) = too_deep {
         return vec![Broken::Group(group, format!("it is nested more than {MAX_NESTING} levels deep"))];
     }
-    let mut places = 0_u64;
-    for (group, count) in scene.place_counts().into_iter().enumerate() {
+    let (mut places, counts) = (0_u64, scene.place_counts());
+    for (group, &count) in counts.iter().enumerate() {
         places = places.saturating_add(count);
         if places > MOST_PLACES {
             let message = format!(
@@ -174,7 +179,35 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
             return vec![Broken::Group(group, message)];
         }
     }
-    broken_places(scene)
+    too_many_lights(scene, &counts).map_or_else(|| broken_places(scene), |broken| vec![broken])
+}
+
+/// The entity with which there are too many lights in instances of groups, given the number of instances of each group.
+fn too_many_lights(scene: &Scene, counts: &[u64]) -> Option<Broken> {
+    let mut lights = 0_u64;
+    for (i, entity) in scene.entities.iter().enumerate() {
+        let Some(group) = entity.within.filter(|_| entity.emits()) else { continue };
+        let own = match &entity.shape {
+            Shape::Mesh { mesh, .. } => mesh.triangles.len(),
+            shape => shape.pieces().len(),
+        };
+        let has_grid = entity.emission_texture.is_some() && !matches!(entity.shape, Shape::Mesh { .. });
+        let weight = if has_grid { LIGHTS_PER_GRID } else { 1 };
+        lights = lights.saturating_add(counts[group].saturating_mul(own as u64 * weight));
+        if lights > MOST_COPIED_LIGHTS {
+            let textured = match has_grid {
+                true => format!(", of which a textured one counts as {LIGHTS_PER_GRID}"),
+                false => String::new(),
+            };
+            let message = format!(
+                "it emits with {own} triangles or surfaces in each of {} instances: with it there are more than \
+                 {MOST_COPIED_LIGHTS} lights in groups{textured}; use fewer instances, or let a coarser mesh emit",
+                counts[group]
+            );
+            return Some(Broken::Entity(i, message));
+        }
+    }
+    None
 }
 
 /// The reason why a plane cannot be in a group.

@@ -12,9 +12,11 @@
 //! | `images` | the image files of a scene |
 //! | `interfaces` | the invariant about overlapping dielectrics |
 //! | [`mesh`] | the readers of mesh files |
+//! | `mixed_media` | warnings about surfaces that bound several media |
 //! | [`names`] | names of materials and textures, and their topological order |
 //! | `open_glass` | warnings about glass that encloses no volume |
 //! | `placement` | the limits of transforms of meshes and groups |
+//! | `second_uv` | the invariant about the second set of uv |
 //! | `spelling` | the nearest spelling of a name |
 //! | `textures` | the invariants about textures |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
@@ -44,9 +46,11 @@ pub mod groups;
 mod images;
 mod interfaces;
 pub mod mesh;
+mod mixed_media;
 pub mod names;
 mod open_glass;
 pub(crate) mod placement;
+mod second_uv;
 mod spelling;
 mod textures;
 pub mod toml;

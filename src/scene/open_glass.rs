@@ -391,7 +391,7 @@ mod tests {
     }
 
     fn mesh_of((positions, triangles): (Vec<[f32; 3]>, Vec<[u32; 3]>)) -> Mesh {
-        Mesh { positions, normals: Vec::new(), uv: Vec::new(), triangles }
+        Mesh { positions, triangles, ..Mesh::default() }
     }
 
     #[test]

@@ -47,8 +47,12 @@ pub struct Report {
 }
 
 impl Report {
-    /// Writes the picture in the format of the extension, `.png`, `.exr` or `.hdr`, completely or not at all. The file
-    /// equals the one that the render writes on request without an overlay. EXR files contain the layers.
+    /// Writes the picture in the format of the extension, `.png`, `.exr` or `.hdr`. The file equals the one that the
+    /// render writes on request without an overlay. EXR files contain the layers.
+    ///
+    /// # Errors
+    ///
+    /// If the extension is not one of these, or the file cannot be written. No half-written file remains.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let mattes: Vec<&Names> = self.mattes.iter().collect();
         write_with_facts(path.as_ref(), &self.picture, &self.facts, (&self.layers, &mattes), self.view)

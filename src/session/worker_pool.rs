@@ -53,8 +53,8 @@ impl WorkerPool {
     ) -> Result<WorkerPool, SessionError> {
         let Scene { film, render, .. } = &*settings.job.scene;
         let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
-        let (compiled, world) =
-            (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.devices.accelerator)));
+        let world = World::new(&surfaces, settings.devices.accelerator);
+        let (compiled, world) = (Arc::new(compiled.with_camera_media(&world)), Arc::new(world));
         drop(surfaces);
         let offset = film_offset(film);
         let splatter = splatter(settings);

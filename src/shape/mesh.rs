@@ -9,6 +9,8 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// uv, one per vertex. Without any, each triangle has (0, 0), (1, 0) and (1, 1) at its corners.
     pub uv: Vec<[f32; 2]>,
+    /// The second set of uv, one per vertex; or none.
+    pub second_uv: Vec<[f32; 2]>,
     /// The corners of the triangles as indices of vertices, counter-clockwise from outside; at least one triangle.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -60,7 +62,7 @@ impl Mesh {
     pub fn check(&self) -> Result<(), MeshError> {
         let vertices = self.positions.len();
         debug_assert!(self.normals.is_empty() || self.normals.len() == vertices);
-        debug_assert!(self.uv.is_empty() || self.uv.len() == vertices);
+        debug_assert!([&self.uv, &self.second_uv].iter().all(|uv| uv.is_empty() || uv.len() == vertices));
         if self.triangles.is_empty() {
             return Err(MeshError::Empty);
         }
@@ -75,8 +77,10 @@ impl Mesh {
         if let Some(i) = self.normals.iter().position(|n| !fits(n)) {
             return Err(MeshError::NotFinite(i, "normal"));
         }
-        if let Some(i) = self.uv.iter().position(|uv| !fits(uv)) {
-            return Err(MeshError::NotFinite(i, "uv"));
+        for uv in [&self.uv, &self.second_uv] {
+            if let Some(i) = uv.iter().position(|uv| !fits(uv)) {
+                return Err(MeshError::NotFinite(i, "uv"));
+            }
         }
         for (triangle, corners) in self.triangles.iter().enumerate() {
             if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
@@ -112,6 +116,8 @@ mod tests {
             assert_eq!(mesh.check(), Err(MeshError::NotFinite(2, "normal")));
             let mesh = Mesh { uv: vec![[bad; 2], [0.0; 2], [0.0; 2]], ..good.clone() };
             assert_eq!(mesh.check(), Err(MeshError::NotFinite(0, "uv")));
+            let mesh = Mesh { second_uv: vec![[0.0; 2], [0.0; 2], [bad; 2]], ..good.clone() };
+            assert_eq!(mesh.check(), Err(MeshError::NotFinite(2, "uv")));
         }
     }
 }

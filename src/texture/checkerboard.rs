@@ -1,8 +1,10 @@
 //! A checkerboard of two textures.
 
 use super::columns::Instructions;
+use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
 use super::program::{Builder, Cost, TextureParameters};
+use super::slope_step::SlopeStep;
 use crate::math::{Float, Uint};
 use crate::parameter::limits::{LENGTH, RADIANCE};
 use crate::parameter::{ParameterKind, Varying, parameters};
@@ -20,6 +22,10 @@ parameters! {
         checks_per_unit: [f64; 2] = ParameterKind::Pair(LENGTH) => "1",
     }
 }
+
+/// The distance over which slopes are measured, relative to the side of a check: heights rise over this width at its
+/// edge.
+const SLOPE_STEP: f64 = 1.0 / 32.0;
 
 /// The bit of a checkerboard that leaves uv unchanged, because none of its textures depends on them.
 const KEEPS_UV: u32 = 1;
@@ -50,6 +56,12 @@ impl TextureParameters for CheckerboardTexture {
             ..Instruction::new(Op::Check, even)
         });
         if saves { builder.push(Instruction::new(Op::Save, check)) } else { check }
+    }
+
+    fn slope_step(&self, named: SlopeStep, _images: &[ImageFile]) -> SlopeStep {
+        let within = named.min(SlopeStep { uv: [SLOPE_STEP; 2], ..SlopeStep::NONE });
+        let [a, b] = self.checks_per_unit;
+        SlopeStep { uv: [within.uv[0] / a, within.uv[1] / b], ..within }
     }
 }
 

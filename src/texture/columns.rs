@@ -19,6 +19,9 @@ pub(super) const TILES: u32 = 1 << 5;
 /// The flag of images whose coarser levels may be used.
 pub(super) const MIPMAP: u32 = 1 << 6;
 
+/// The flag of images that use the second set of uv.
+pub(super) const SECOND_UV: u32 = 1 << 7;
+
 /// Which numbers of pictures are encoded as sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoded {
@@ -111,6 +114,12 @@ impl Instructions {
     #[inline(always)]
     pub(super) fn colour<F: Float>(&self, at: F::Uint) -> Rgb<F> {
         Rgb::gather(&self.colour, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn all_numbers<F: Float>(&self, at: F::Uint) -> [F; NUMBERS] {
+        let [a, b, c, d, e, f] = &self.numbers;
+        F::gather_all([a, b, c, d, e, f], at)
     }
 
     #[inline(always)]

@@ -4,7 +4,9 @@ use super::files::ImageFile;
 use super::instruction::END;
 use super::list::TextureKind;
 use super::program::{Builder, Cost, MOST_INSTRUCTIONS, STACK};
+use super::slope_step::SlopeStep;
 use super::table::TextureTable;
+use crate::parameter::Family;
 use thiserror::Error;
 
 /// A texture that is too complex.
@@ -36,10 +38,21 @@ pub fn costs(textures: &[TextureKind]) -> Vec<Result<Cost, TooDeep>> {
     known.iter().map(checked).collect()
 }
 
+/// Whether each of some textures depends on the second set of uv. Each refers only to textures before it.
+pub fn uses_of_second_uv(textures: &[TextureKind]) -> Vec<bool> {
+    let mut known: Vec<bool> = Vec::with_capacity(textures.len());
+    for texture in textures {
+        let uses = texture.program().uses_second_uv() || texture.textures().any(|named| known[named]);
+        known.push(uses);
+    }
+    known
+}
+
 /// Compiles the used textures of a scene.
 pub struct Compiler<'a> {
     builder: Builder<'a>,
     roots: Vec<Option<u32>>,
+    slope_steps: Vec<SlopeStep>,
 }
 
 impl<'a> Compiler<'a> {
@@ -47,8 +60,12 @@ impl<'a> Compiler<'a> {
     /// exceeds a limit.
     pub fn new(textures: &'a [TextureKind], images: &'a [ImageFile]) -> Compiler<'a> {
         let mut known = Vec::with_capacity(textures.len());
+        let mut slope_steps: Vec<SlopeStep> = Vec::with_capacity(textures.len());
         for texture in textures {
             known.push(texture.program().cost(&known));
+            let named = texture.textures().map(|named| slope_steps[named]);
+            slope_steps
+                .push(texture.program().slope_step(named.fold(SlopeStep::NONE, SlopeStep::min), images));
         }
         let builder = Builder {
             textures: textures.iter().map(TextureKind::program).collect(),
@@ -59,7 +76,12 @@ impl<'a> Compiler<'a> {
             pictures: Vec::new(),
             rows_of: vec![[None; 3]; images.len()],
         };
-        Compiler { builder, roots: vec![None; textures.len()] }
+        Compiler { builder, roots: vec![None; textures.len()], slope_steps }
+    }
+
+    /// The distance over which the slope of a texture is measured.
+    pub fn slope_step(&self, texture: usize) -> SlopeStep {
+        self.slope_steps[texture]
     }
 
     /// The number of a texture for [`TextureTable::value`].

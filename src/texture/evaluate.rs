@@ -3,9 +3,9 @@
 use super::instruction::{END, Op};
 use super::program::STACK;
 use super::site::Site;
-use super::table::TextureTable;
+use super::table::{Has, TextureTable};
 use super::{checkerboard, image, mix, noise};
-use crate::math::{Float, Rgb, Uint, Vec3, function};
+use crate::math::{Float, Rgb, Uint, function};
 
 /// The coordinates for instructions: uv, and the area of them that a pixel covers.
 type Coordinates<F> = ([F; 2], F);
@@ -29,6 +29,12 @@ impl TextureTable {
         })
     }
 
+    /// The values of textures that are a single image, without tiles or transformed uv, at uv and at the finest level.
+    #[inline(always)]
+    pub fn image_value<F: Float>(&self, texture: F::Uint, uv: [F; 2]) -> Rgb<F> {
+        function!(F, image_value(texture, uv), { image::texels_at(self, texture, uv) })
+    }
+
     /// Runs programs with a stack of `D` colours.
     #[inline(always)]
     fn run<F: Float, const D: usize>(&self, first: F::Uint, site: Site<F>) -> Rgb<F> {
@@ -38,7 +44,7 @@ impl TextureTable {
             (first, (site.uv, site.footprint), [Rgb::<F>::black(); D]),
             #[inline(always)]
             |(at, coordinates, stack)| {
-                let (next, coordinates, stack) = self.step(at, coordinates, stack, site.p);
+                let (next, coordinates, stack) = self.step(at, coordinates, stack, &site);
                 ((next, coordinates, stack), next.lt(end))
             },
         );
@@ -52,9 +58,19 @@ impl TextureTable {
         at: F::Uint,
         (uv, footprint): Coordinates<F>,
         stack: [Rgb<F>; D],
-        p: Vec3<F>,
+        site: &Site<F>,
     ) -> (F::Uint, Coordinates<F>, [Rgb<F>; D]) {
-        let (all, has) = (&self.instructions, &self.has);
+        let all = &self.instructions;
+        // Only textures of at least two colours need more than one place: the code of one place has no others.
+        let own = &self.has;
+        let has = Has {
+            mix: D > 1 && own.mix,
+            scale: D > 1 && own.scale,
+            noise: D > 1 && own.noise,
+            restore: D > 1 && own.restore,
+            image: own.image,
+            check: own.check,
+        };
         let op = all.op(at);
         let mut next = (all.next(at), uv);
         let mut top = all.colour::<F>(at);
@@ -64,7 +80,7 @@ impl TextureTable {
                 active,
                 top,
                 #[inline(always)]
-                || image::look_up(self, at, uv, footprint, active),
+                || image::look_up(self, at, uv, footprint, &site.second, active),
             );
         }
         if has.noise {
@@ -72,7 +88,7 @@ impl TextureTable {
                 op.eq(F::Uint::splat(Op::Noise as u32)),
                 top,
                 #[inline(always)]
-                || mix::mixed(stacked(&stack, 1), stacked(&stack, 0), noise::share(all, at, p)),
+                || mix::mixed(stacked(&stack, 1), stacked(&stack, 0), noise::share(all, at, site.p)),
             );
         }
         if has.check {

@@ -1,13 +1,17 @@
 //! The image texture.
 
-use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, TILES};
+use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, SECOND_UV, TILES};
 use super::fetch::Texels;
+use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
+use super::picture::Picture;
 use super::program::{Builder, Cost, TextureParameters};
+use super::site::SecondUv;
+use super::slope_step::SlopeStep;
 use super::table::TextureTable;
-use crate::math::{Float, Rgb, Uint, function};
+use crate::math::{Float, Mask, Rgb, Uint, function};
 use crate::parameter::limits::COORDINATE;
-use crate::parameter::{ImageIndex, Number, ParameterKind, Problem, parameters, words};
+use crate::parameter::{ImageIndex, Number, ParameterKind, parameters, words};
 
 words! {
     /// The interpretation of a picture's numbers.
@@ -71,22 +75,15 @@ parameters! {
         uv_offset: [f64; 2] = ParameterKind::Pair(COORDINATE) => "0",
         /// The rotation of uv about (0, 0) in degrees, counter-clockwise.
         uv_rotate: f64 = ParameterKind::Number(Number::between(-1e6, 1e6)) => "0",
-        /// The set of uv; only the first, 0, exists.
-        uv_set: f64 = ParameterKind::Integer(0, 15) => "0",
+        /// The set of uv: 0, or 1 for the second set of meshes, such as glTF's TEXCOORD_1. Checkerboards do not change
+        /// the second set.
+        uv_set: f64 = ParameterKind::Integer(0, 1) => "0",
     }
-    check = has_its_uv;
 }
 
-fn has_its_uv(image: ImageTexture, _warnings: &mut Vec<Problem>) -> Result<ImageTexture, Problem> {
-    if image.uv_set > 0.0 {
-        return Err(Problem {
-            parameter: "uv_set",
-            message: format!("there is no set {} of uv", image.uv_set),
-            help: Some("surfaces have one set of uv, which is 0".into()),
-        });
-    }
-    Ok(image)
-}
+/// The distance over which slopes are measured, in texels. It is short, so that slopes are those of bilinear interpolation
+/// except where it bends, and long enough for the rounding of uv on large and often repeated pictures.
+const SLOPE_STEP: f64 = 0.25;
 
 /// The bit at which the modes of wrapping along v begin.
 const WRAP_V: u32 = 2;
@@ -111,6 +108,41 @@ impl TextureParameters for ImageTexture {
         let [wrap_u, wrap_v] = wrap.map(|wrap| wrap as u32);
         let nearest = if self.filter == TexelFilter::Nearest { NEAREST } else { 0 };
         let tiles = if is_tiled { TILES } else { 0 };
+        let second_uv = if self.uses_second_uv() { SECOND_UV } else { 0 };
+        let [[a, b], [c, d]] = self.turned();
+        let [ou, ov] = self.uv_offset;
+        let numbers = [a, b, ou, c, d, ov].map(|x| x as f32);
+        let has_levels = self.mipmap && self.filter == TexelFilter::Linear;
+        let link = builder.picture_rows(self.file, encoded, has_levels);
+        let levels = if has_levels { MIPMAP } else { 0 };
+        builder.push(Instruction {
+            link,
+            other: if is_tiled { rows } else { 0 },
+            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles | levels | second_uv,
+            numbers,
+            ..Instruction::new(Op::Image, next)
+        })
+    }
+
+    fn slope_step(&self, _named: SlopeStep, images: &[ImageFile]) -> SlopeStep {
+        let tiles = &images[self.file.0].tiles;
+        let most = |side: fn(&Picture) -> u32| {
+            f64::from(tiles.iter().map(|tile| side(&tile.picture)).max().unwrap_or(1))
+        };
+        let (width, height) = (most(Picture::width), most(Picture::height));
+        let [u, v] = self.turned();
+        let uv = [0, 1].map(|i| SLOPE_STEP / libm::hypot(u[i] * width, v[i] * height));
+        SlopeStep { uv, ..SlopeStep::NONE }
+    }
+
+    fn uses_second_uv(&self) -> bool {
+        self.uv_set > 0.0
+    }
+}
+
+impl ImageTexture {
+    /// The scale and the rotation of uv, as a matrix by rows.
+    fn turned(&self) -> [[f64; 2]; 2] {
         let turn = self.uv_rotate.to_radians();
         // Rotations by quarters of a turn are exact.
         let (sin, cos) = match (self.uv_rotate / 90.0).rem_euclid(4.0) {
@@ -120,39 +152,30 @@ impl TextureParameters for ImageTexture {
             3.0 => (-1.0, 0.0),
             _ => (libm::sin(turn), libm::cos(turn)),
         };
-        let ([su, sv], [ou, ov]) = (self.uv_scale, self.uv_offset);
-        let numbers = [cos * su, -sin * sv, ou, sin * su, cos * sv, ov].map(|x| x as f32);
-        let has_levels = self.mipmap && self.filter == TexelFilter::Linear;
-        let link = builder.picture_rows(self.file, encoded, has_levels);
-        let levels = if has_levels { MIPMAP } else { 0 };
-        builder.push(Instruction {
-            link,
-            other: if is_tiled { rows } else { 0 },
-            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles | levels,
-            numbers,
-            ..Instruction::new(Op::Image, next)
-        })
+        let [su, sv] = self.uv_scale;
+        [[cos * su, -sin * sv], [sin * su, cos * sv]]
     }
 }
 
-/// The colour at uv, in the lanes of `active`, if a pixel covers the area `footprint` of uv.
+/// The colour at uv, in the lanes of `active`, if a pixel covers the area `footprint` of uv. Pictures of the second set of
+/// uv have those of `second`.
 #[inline(always)]
 pub(super) fn look_up<F: Float>(
     table: &TextureTable,
     at: F::Uint,
-    [u, v]: [F; 2],
-    footprint: F,
+    [mut u, mut v]: [F; 2],
+    mut footprint: F,
+    second: &SecondUv<F>,
     active: F::Mask,
 ) -> Rgb<F> {
     let (all, rows): (&Instructions, &PictureRows) = (&table.instructions, &table.rows);
-    let number = [
-        all.number::<F>(0, at),
-        all.number(1, at),
-        all.number(2, at),
-        all.number(3, at),
-        all.number(4, at),
-        all.number(5, at),
-    ];
+    if table.has_second_uv {
+        let bit = F::Uint::splat(SECOND_UV);
+        let is_second = (all.flags(at) & bit).eq(bit);
+        (u, v) = (F::select(is_second, second.uv[0], u), F::select(is_second, second.uv[1], v));
+        footprint = F::select(is_second, second.footprint, footprint);
+    }
+    let number = all.all_numbers::<F>(at);
     let mut s = u * number[0] + v * number[1] + number[2];
     let mut t = u * number[3] + v * number[4] + number[5];
     let flags = all.flags(at);
@@ -203,6 +226,13 @@ pub(super) fn look_up<F: Float>(
         #[inline(always)]
         || sharp * (F::splat(1.0) - share) + texels(table, coarser, flags, [s, t], is_tile, mixes) * share,
     )
+}
+
+/// The colour at uv of instructions that look up a single image, without tiles or transformed uv, at the finest level.
+#[inline(always)]
+pub(super) fn texels_at<F: Float>(table: &TextureTable, at: F::Uint, uv: [F; 2]) -> Rgb<F> {
+    let all = &table.instructions;
+    texels(table, all.link(at), all.flags(at), uv, F::splat(1.0), F::Mask::splat(true))
 }
 
 /// The logarithm to base two: exact at powers of two and linear between them, with an error of at most 0.09 below. For

@@ -10,6 +10,7 @@
 //! | `compile` | compilation of a scene's textures to these tables |
 //! | `table` | all textures of a scene in one table |
 //! | `site` | the point at which a texture is evaluated |
+//! | `slope_step` | the distances over which the slopes of textures are measured |
 //! | `evaluate` | the evaluation of programs, which gives the value of a texture at a point |
 //! | `fetch` | access to texels of pictures |
 //! | `picture`, `mipmap` | pictures in memory, and their coarser levels |
@@ -41,10 +42,11 @@ mod picture;
 mod program;
 mod scale;
 mod site;
+mod slope_step;
 mod table;
 
 pub use columns::{COLOURED, SRGB};
-pub use compile::{Compiler, TooDeep, costs};
+pub use compile::{Compiler, TooDeep, costs, uses_of_second_uv};
 pub use decode::{decode, read};
 pub use fault::{EXTENSIONS, MOST_BYTES, MOST_BYTES_IN_ALL, PictureError};
 pub use files::{FilesError, ImageFile, Tile, UDIM, read_files};
@@ -52,7 +54,8 @@ pub use image::{ColorSpace, TexelFilter, Wrap};
 pub use list::*;
 pub use picture::{Depth, Picture};
 pub use program::{Cost, MOST_INSTRUCTIONS, STACK};
-pub use site::Site;
+pub use site::{SecondUv, Site};
+pub use slope_step::SlopeStep;
 pub use table::{NO_TEXTURE, TextureTable};
 #[cfg(test)]
 mod tests;

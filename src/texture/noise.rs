@@ -1,8 +1,10 @@
 //! Noise.
 
 use super::columns::Instructions;
+use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
 use super::program::{Builder, Cost, TextureParameters};
+use super::slope_step::SlopeStep;
 use crate::math::{Float, Mask, Uint, Vec3, function};
 use crate::parameter::limits::RADIANCE;
 use crate::parameter::{Number, ParameterKind, Varying, parameters};
@@ -42,7 +44,15 @@ impl TextureParameters for NoiseTexture {
         };
         builder.operands(&[&self.a, &self.b], instruction)
     }
+
+    fn slope_step(&self, named: SlopeStep, _images: &[ImageFile]) -> SlopeStep {
+        let features = self.scale * libm::exp2(self.octaves - 1.0);
+        named.min(SlopeStep { length: SLOPE_STEP / features, ..SlopeStep::NONE })
+    }
 }
+
+/// The length over which slopes are measured, relative to a feature of the last octave. Noise is nearly linear there.
+const SLOPE_STEP: f64 = 1.0 / 32.0;
 
 /// The fraction of the second colour at a point, 0 to 1.
 #[inline(always)]

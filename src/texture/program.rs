@@ -5,6 +5,7 @@ use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
 use super::mipmap::coarser_levels;
 use super::picture::Picture;
+use super::slope_step::SlopeStep;
 use crate::parameter::{ImageIndex, Varying};
 use std::sync::Arc;
 
@@ -55,6 +56,17 @@ pub(crate) trait TextureParameters {
     /// Adds its program, which pushes a colour on the stack and continues with the instruction `next`. Returns the
     /// first of its instructions.
     fn emit(&self, builder: &mut Builder<'_>, next: u32) -> u32;
+
+    /// The distance over which its slope is measured, given the shortest one of the textures that it names.
+    fn slope_step(&self, named: SlopeStep, images: &[ImageFile]) -> SlopeStep {
+        let _ = images;
+        named
+    }
+
+    /// Whether it looks up the second set of uv, apart from the textures that it names.
+    fn uses_second_uv(&self) -> bool {
+        false
+    }
 }
 
 /// Programs under construction. An instruction precedes those that lead to it.

@@ -1,6 +1,6 @@
 //! The table of a scene's textures.
 
-use super::columns::{COLOURED, Instructions, MIPMAP, PictureRows, SRGB, TILES};
+use super::columns::{Instructions, MIPMAP, PictureRows, SECOND_UV, SRGB, TILES};
 use super::instruction::{END, Op};
 use super::picture::{Depth, Picture};
 use crate::math::{ColumnReader, colour};
@@ -19,34 +19,15 @@ pub struct TextureTable {
     pub(super) has_tiles: bool,
     /// Whether coarser levels of any of its images may be used.
     pub(super) has_mipmaps: bool,
+    /// Whether any of its images uses the second set of uv.
+    pub(super) has_second_uv: bool,
     /// Linear values of encoded ones, for pictures of these depths.
     pub(super) srgb_8: Vec<f32>,
     pub(super) srgb_16: Vec<f32>,
-    /// Whether there are pictures of [`Floats`].
-    pub(super) has_floats: bool,
     /// The maximum number of colours on the stack.
     pub(super) depth: usize,
     /// Whether there are instructions of each kind.
     pub(super) has: Has,
-}
-
-/// The format of a picture of unencoded floats. Lanes look it up all together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Floats {
-    /// Whether they have 16 bits.
-    pub(super) is_half: bool,
-    /// Whether a texel has three of them.
-    pub(super) is_coloured: bool,
-}
-
-impl Floats {
-    /// That of a row of pictures, from its format.
-    #[inline(always)]
-    pub(super) fn of(form: u32) -> Option<Floats> {
-        let is_half = form & 3 == Depth::Half as u32;
-        let is_float = is_half || form & 3 == Depth::Float as u32;
-        (is_float && form & SRGB == 0).then_some(Floats { is_half, is_coloured: form & COLOURED != 0 })
-    }
 }
 
 /// The instructions that occur: the code of others is omitted.
@@ -87,17 +68,16 @@ impl TextureTable {
             restore: instructions.has(Op::Restore),
         };
         let any = |bit: u32| instructions.flags_of(Op::Image).any(|flags| flags & bit != 0);
-        let (has_tiles, has_mipmaps) = (any(TILES), any(MIPMAP));
-        let has_floats = rows.forms().iter().any(|&form| Floats::of(form).is_some());
+        let (has_tiles, has_mipmaps, has_second_uv) = (any(TILES), any(MIPMAP), any(SECOND_UV));
         TextureTable {
             instructions,
             rows,
             pictures,
             has_tiles,
             has_mipmaps,
+            has_second_uv,
             srgb_8,
             srgb_16,
-            has_floats,
             depth,
             has,
         }
@@ -107,6 +87,12 @@ impl TextureTable {
     #[inline(always)]
     pub fn has_mipmaps(&self) -> bool {
         self.has_mipmaps
+    }
+
+    /// Whether values depend on [`Site::second`](super::Site::second).
+    #[inline(always)]
+    pub fn has_second_uv(&self) -> bool {
+        self.has_second_uv
     }
 
     /// The pictures, in the order in which their rows count words.

@@ -13,7 +13,7 @@ const HALF: f32 = 0.5;
 
 impl CompiledScene {
     /// Sets the media that contain the camera: those that a ray upwards from the eye leaves without having entered
-    /// them.
+    /// them. `world` holds the surfaces of the scene.
     #[must_use]
     pub fn with_camera_media(mut self, world: &World) -> CompiledScene {
         let Some(media) = self.materials.media() else { return self };
@@ -27,7 +27,7 @@ impl CompiledScene {
             let mut at = self.interaction(&ray, &hit, true, Uv::IfTextured);
             let mut opacity = 1.0;
             if self.materials.is_walked() {
-                (at, opacity) = self.modified(at, ray.d, true, HALF);
+                (at, opacity) = self.modified(at, ray.d, true, false, HALF);
             }
             if opacity < HALF {
                 // The ray passes through a hole.

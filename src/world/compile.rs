@@ -7,13 +7,13 @@ use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
 use super::surface_list::Surfaces;
 use super::surfaces::SurfaceTable;
-use super::{AcceleratorChoice, Instances, Simple, World};
+use super::{Instances, Simple, Triangles, World};
 use crate::camera::Camera;
 use crate::light::{Environment, EnvironmentMapParameters, LightTable, NO_LIGHT};
 use crate::material::{Binding, MaterialKind, MaterialTable, ParameterSlot, RowModifiers};
 use crate::math::narrow;
 use crate::scene::{self, Material, Modifiers, Scene};
-use crate::texture::{Compiler, NO_TEXTURE};
+use crate::texture::{Compiler, NO_TEXTURE, SlopeStep, uses_of_second_uv};
 use std::sync::Arc;
 
 /// The tables that paths look up. They do not depend on the accelerator.
@@ -42,7 +42,9 @@ impl CompiledScene {
     }
 }
 
-/// Compiles a scene for a film of `width` × `height` pixels. Returns its tables, and the surfaces that rays can hit.
+/// Compiles a scene for a film of `width` × `height` pixels. Returns its tables, and the surfaces that rays can hit. The
+/// camera is outside all dielectrics until [`CompiledScene::with_camera_media`] has looked for it in the [`World`] of
+/// these surfaces.
 ///
 /// # Errors
 ///
@@ -62,7 +64,8 @@ pub fn compile_sharing(
     let places = GroupPlacements::of(scene);
     Size::sharing(scene, &shared_meshes, &shared, &places).check()?;
     let Textures { materials, emitted, environment_map } = textures(scene);
-    let mut made = Surfaces::default();
+    let triangles = Triangles::keeping(materials.textures().has_second_uv());
+    let mut made = Surfaces { triangles, ..Surfaces::default() };
     made.lights.set_textures(Arc::clone(materials.textures()));
     if let Some(around) = environment_map {
         made.lights.push_environment_map(&around);
@@ -126,10 +129,7 @@ pub fn compile_sharing(
         ambient: narrow(scene.render.ambient),
         inside: [0; 2],
     };
-    if compiled.materials.media().is_none() {
-        return Ok((compiled, all));
-    }
-    Ok((compiled.with_camera_media(&World::new(&all, AcceleratorChoice::Simple)), all))
+    Ok((compiled, all))
 }
 
 /// The textures of a scene and their uses.
@@ -142,9 +142,17 @@ struct Textures {
     environment_map: Option<EnvironmentMapParameters>,
 }
 
+/// See [`RowModifiers::bump_steps`]. Of heights that are constant along an axis, any step measures the slope.
+fn bump_steps(step: SlopeStep) -> [f32; 3] {
+    let [u, v] = step.uv.map(|x| if x.is_finite() { x } else { 1.0 });
+    // Devices may not know infinity.
+    narrow([u, v, step.length.min(1e9)])
+}
+
 fn textures(scene: &Scene) -> Textures {
     let mut kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
     kinds.extend(scene.environment_picture.map(|picture| picture.texture().into()));
+    let uses_second_uv = uses_of_second_uv(&kinds);
     let mut compiler = Compiler::new(&kinds, &scene.images);
     let emitted = scene.entities.iter().map(|entity| entity.emission_texture);
     let emitted =
@@ -178,6 +186,14 @@ fn textures(scene: &Scene) -> Textures {
             };
             if let Some(texture) = alone {
                 *texture = compiler.root(textured.texture);
+                match textured.parameter {
+                    "normal_map" => own.second_uv[0] = uses_second_uv[textured.texture],
+                    "bump_map" => {
+                        own.second_uv[1] = uses_second_uv[textured.texture];
+                        own.bump_steps = bump_steps(compiler.slope_step(textured.texture));
+                    }
+                    _ => {}
+                }
             } else if let Some(slot) = ParameterSlot::of(&kinds[row], textured.parameter) {
                 // Parameters that cannot be textures are rejected when a scene is checked.
                 bindings.push(Binding { row, slot, texture: compiler.root(textured.texture) });

@@ -6,7 +6,7 @@ use crate::material::{Bsdf, Site};
 use crate::math::lanes::Value;
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, function, value};
 use crate::shape::offset_origin;
-use crate::texture::NO_TEXTURE;
+use crate::texture::{NO_TEXTURE, SecondUv};
 
 /// The lanes in which uv coordinates are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +97,7 @@ impl CompiledScene {
         })
     }
 
-    /// [`Self::interaction`] in a function of its own, which is compiled once for each level, for what few rays need.
+    /// [`Self::interaction`] in a function of its own, which is compiled once for each level, because few rays need it.
     #[inline(always)]
     pub fn interaction_apart<F: Float>(
         &self,
@@ -120,7 +120,31 @@ impl CompiledScene {
         if self.materials.textures().has_mipmaps() {
             footprint = self.footprint(at.point, at.instance) * at.uv_area;
         }
-        self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv, footprint })
+        let second = self.second_uv(&at.point, at.instance);
+        self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv, footprint, second })
+    }
+
+    /// The second set of uv at a point, in scenes whose textures use it.
+    #[inline(always)]
+    pub(super) fn second_uv<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> SecondUv<F> {
+        let textures = self.materials.textures();
+        if !textures.has_second_uv() {
+            return SecondUv::none();
+        }
+        let point = *point;
+        function!(F, second_uv(point, instance), {
+            F::out_of_line(
+                #[inline(always)]
+                move || {
+                    let mut footprint = F::zero();
+                    if textures.has_mipmaps() {
+                        let per_area = self.surfaces.second_uv_per_area(&point, instance);
+                        footprint = self.camera.footprint(point.p) * per_area;
+                    }
+                    SecondUv { uv: self.surfaces.second_uv(&point), footprint }
+                },
+            )
+        })
     }
 
     /// The area of a pixel's footprint in uv, in lanes that have uv. It depends only on the point and the camera.
@@ -186,7 +210,9 @@ impl CompiledScene {
                 #[inline(always)]
                 || {
                     let texture = self.surfaces.emission_texture(&at.point);
-                    textured_radiance(self.materials.textures(), texture, at.uv, at.point.p)
+                    let second = self.second_uv(&at.point, at.instance);
+                    let site = Site { p: at.point.p, uv: at.uv, footprint: F::zero(), second };
+                    textured_radiance(self.materials.textures(), texture, site)
                 },
             );
         }

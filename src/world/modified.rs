@@ -24,7 +24,8 @@ value!(Modified { material, uv, uv_area, opacity, shading });
 
 impl CompiledScene {
     /// Interactions of rays along `ray_d` with their entities' materials resolved, in the lanes of `met`, and the
-    /// opacity. The rest of the light passes straight through. Mixes choose by `number`, uniform in [0, 1).
+    /// opacity. The rest of the light passes straight through. Mixes choose by `number`, uniform in [0, 1). Maps change
+    /// the shading normals in the lanes of `shaded` alone: shadow rays need none.
     ///
     /// Called only in scenes that [resolve materials](crate::material::MaterialTable::is_walked).
     #[inline(always)]
@@ -33,6 +34,7 @@ impl CompiledScene {
         at: Interaction<F>,
         ray_d: Vec3<F>,
         met: F::Mask,
+        shaded: F::Mask,
         number: F,
     ) -> (Interaction<F>, F) {
         let Interaction { mut point, uv, instance, material, .. } = at;
@@ -49,10 +51,10 @@ impl CompiledScene {
             own,
             #[inline(always)]
             || {
-                function!(F, modified_surface(point, instance, material, uv, ray_d, met, number), {
+                function!(F, modified_surface(point, instance, material, uv, ray_d, shaded, number), {
                     F::out_of_line(
                         #[inline(always)]
-                        move || self.followed(point, instance, material, uv, ray_d, met, number),
+                        move || self.followed(point, instance, material, uv, ray_d, shaded, number),
                     )
                 })
             },
@@ -74,25 +76,31 @@ impl CompiledScene {
         material: F::Uint,
         uv: [F; 2],
         ray_d: Vec3<F>,
-        met: F::Mask,
+        shaded: F::Mask,
         number: F,
     ) -> Modified<F> {
         let mut footprint = F::zero();
         if self.materials.textures().has_mipmaps() {
             footprint = self.footprint(point, instance);
         }
-        let site = Site { p: point.p, uv, footprint };
+        let second = self.second_uv(&point, instance);
+        let site = Site { p: point.p, uv, footprint, second };
         let behind = ray_d.dot(point.n).gt(F::zero());
         let walked = self.materials.walk(material, site, behind, number);
         let mut shading = point.shading;
         if self.materials.has_maps() {
             shading = F::branch(
-                met & walked.has_map(),
+                shaded & walked.has_map(),
                 shading,
                 #[inline(always)]
                 || {
                     let basis = self.surfaces.uv_basis(&point, instance);
-                    let mapped = self.materials.mapped(&walked, site, point.shading, &basis);
+                    let mapped = if self.materials.textures().has_second_uv() {
+                        let second = self.surfaces.second_uv_basis(&point, instance);
+                        self.materials.mapped_in_sets(&walked, site, point.shading, [&basis, &second])
+                    } else {
+                        self.materials.mapped(&walked, site, point.shading, &basis)
+                    };
                     bent_mapped(mapped, point.n, -ray_d)
                 },
             );

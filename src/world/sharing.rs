@@ -15,9 +15,7 @@ pub const SHARING_PAYS_FROM: usize = 1 << 16;
 pub(super) fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     let could = |entity: &scene::Entity| match &entity.shape {
         scene::Shape::Mesh { mesh, transform }
-            if entity.within.is_none()
-                && !entity.emission.iter().any(|&e| e > 0.0)
-                && Instances::can_place(transform) =>
+            if entity.within.is_none() && !entity.emits() && Instances::can_place(transform) =>
         {
             Some(Arc::as_ptr(mesh))
         }

@@ -45,7 +45,11 @@ impl Surfaces {
     pub(super) fn add_mesh(&mut self, mesh: &Mesh, transform: &DAffine3, mut attributes: SurfaceAttributes) {
         let first = self.triangles.push(mesh, transform, self.table.len() as u32);
         let all = first..self.triangles.len();
-        if attributes.emits() {
+        if attributes.emission_texture != NO_TEXTURE {
+            let triangles: Vec<_> = all.map(|triangle| self.triangles.with_uv(triangle)).collect();
+            let texture = attributes.emission_texture;
+            attributes.light = self.lights.push_textured_mesh(&triangles, attributes.flip_normal, texture);
+        } else if attributes.emits() {
             let corners = all.clone().map(|triangle| self.triangles.positions_of(triangle));
             attributes.light = self.lights.push_mesh(corners, attributes.flip_normal, attributes.emission);
             self.convex_candidate = Some((all, attributes.flip_normal));

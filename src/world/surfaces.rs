@@ -1,6 +1,7 @@
 //! The table that hits look up: one row for each surface, one column for each property.
 
 use super::attributes::SurfaceAttributes;
+use super::triangles::uv::UvSet;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances};
 use crate::light::NO_LIGHT;
@@ -14,6 +15,7 @@ mod custom;
 mod emission;
 mod gradients;
 mod groups;
+mod second_uv;
 mod uv_area;
 
 /// All surfaces, one column for each property.
@@ -304,7 +306,7 @@ impl SurfaceTable {
                 Some(triangles) => F::fork(
                     !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)),
                     #[inline(always)]
-                    || triangles.uv(point.surface, point.weights),
+                    || triangles.uv(UvSet::First, point.surface, point.weights),
                     #[inline(always)]
                     || self.smooth_uv(&point, instance, wanted),
                 ),

@@ -8,6 +8,8 @@ use crate::shape::{BOUNDS_ERROR, Mesh, Sides, is_needle, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
+pub(super) mod uv;
+
 /// The number of the first triangle: surfaces are numbered with rows of the surface table from 0, and triangles from
 /// here.
 pub const FIRST_TRIANGLE: u32 = 1 << 31;
@@ -29,6 +31,10 @@ pub struct Triangles {
     pub normals: [Vec<f32>; 3],
     /// uv coordinates of the vertices.
     pub uv: [Vec<f32>; 2],
+    /// The second uv coordinates of the vertices; empty if no mesh has some, or they are not [kept](Self::keeping).
+    pub second_uv: [Vec<f32>; 2],
+    /// Whether second uv are kept.
+    keeps_second_uv: bool,
     /// Whether any vertex has a shading normal.
     pub has_normals: bool,
     /// Whether any triangle is a needle (see [`crate::shape::NEEDLE`]).
@@ -36,6 +42,11 @@ pub struct Triangles {
 }
 
 impl Triangles {
+    /// No triangles yet. Second uv of meshes that are added are kept if they are wanted.
+    pub fn keeping(second_uv: bool) -> Triangles {
+        Triangles { keeps_second_uv: second_uv, ..Triangles::default() }
+    }
+
     /// The number of triangles.
     pub fn len(&self) -> usize {
         self.corners[0].len()
@@ -99,6 +110,13 @@ impl Triangles {
         }
         self.has_normals |= !mesh.normals.is_empty();
         let vertices = self.positions[0].len();
+        if self.keeps_second_uv && !(mesh.second_uv.is_empty() && self.second_uv[0].is_empty()) {
+            for (i, column) in self.second_uv.iter_mut().enumerate() {
+                column.resize(base as usize, 0.0);
+                column.extend(mesh.second_uv.iter().map(|uv| uv[i]));
+                column.resize(vertices, 0.0);
+            }
+        }
         self.normals.iter_mut().for_each(|column| column.resize(vertices, 0.0));
         self.uv.iter_mut().for_each(|column| column.resize(vertices, f32::NAN));
         for &[a, b, c] in &mesh.triangles {
@@ -117,11 +135,21 @@ impl Triangles {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        let Triangles { corners, rows, placed: _, positions, normals, uv, has_normals: _, has_needles: _ } =
-            self;
+        let Triangles {
+            corners,
+            rows,
+            placed: _,
+            positions,
+            normals,
+            uv,
+            second_uv,
+            keeps_second_uv: _,
+            has_normals: _,
+            has_needles: _,
+        } = self;
         let of = |columns: &[Vec<f32>]| columns.iter().map(|column| size_of_val(&column[..])).sum::<usize>();
         let indices = corners.iter().chain([rows]).map(|column| size_of_val(&column[..])).sum::<usize>();
-        indices + of(positions) + of(normals) + of(uv)
+        indices + of(positions) + of(normals) + of(uv) + of(second_uv)
     }
 
     /// The positions of a triangle's corners.
@@ -273,106 +301,6 @@ impl Triangles {
         }
         TrianglePoint { p, n, shading, error }
     }
-
-    /// uv coordinates of points on triangles, from the weights of the second and the third corner.
-    #[inline(always)]
-    pub(super) fn uv<F: Float>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
-        let vertices = self.corners_of::<F>(surface).vertices;
-        [
-            corner_mean(&self.uv[0], vertices, [0.0, 1.0, 1.0], weights),
-            corner_mean(&self.uv[1], vertices, [0.0, 0.0, 1.0], weights),
-        ]
-    }
-
-    /// ∂p/∂u on triangles, of any length; zero where uv are equal at all corners. `instance` is that of the hits. Lanes
-    /// outside `on_mesh` are unspecified.
-    #[inline(always)]
-    pub(super) fn tangent<F: Float>(
-        &self,
-        instances: Option<&Instances>,
-        surface: F::Uint,
-        instance: F::Uint,
-        on_mesh: F::Mask,
-    ) -> Vec3<F> {
-        let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
-            self.uv_sides::<F>(instances, surface, instance, on_mesh);
-        let along = ab * vc - ac * vb;
-        along * F::splat(1.0).copysign(ub * vc - uc * vb)
-    }
-
-    /// The ratio of an area in uv to that on triangles in the world; zero for degenerate triangles. Lanes outside
-    /// `on_mesh` are unspecified.
-    #[inline(always)]
-    pub(super) fn uv_per_area<F: Float>(
-        &self,
-        instances: Option<&Instances>,
-        surface: F::Uint,
-        instance: F::Uint,
-        on_mesh: F::Mask,
-    ) -> F {
-        let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
-            self.uv_sides::<F>(instances, surface, instance, on_mesh);
-        let area = ab.cross(ac).length();
-        ((ub * vc - uc * vb).abs() / area).only(area.gt(F::zero()))
-    }
-
-    /// The gradients of u and of v on triangles in the world. Lanes outside `on_mesh` are unspecified.
-    #[inline(always)]
-    pub(super) fn uv_gradients<F: Float>(
-        &self,
-        instances: Option<&Instances>,
-        surface: F::Uint,
-        instance: F::Uint,
-        on_mesh: F::Mask,
-    ) -> [Vec3<F>; 2] {
-        let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
-            self.uv_sides::<F>(instances, surface, instance, on_mesh);
-        // Scaled first, as the fourth power of a side may overflow or underflow.
-        let inverse = F::splat(1.0) / ab.max_abs().max(ac.max_abs()).max(F::splat(f32::MIN_POSITIVE));
-        let (ab, ac) = (ab * inverse, ac * inverse);
-        let across = ab.cross(ac);
-        let per_area = inverse / across.dot(across);
-        // For a gradient g, g·ab and g·ac are the differences along the sides.
-        let (of_b, of_c) = (ac.cross(across) * per_area, across.cross(ab) * per_area);
-        [of_b * ub + of_c * uc, of_b * vb + of_c * vc]
-    }
-
-    /// Sides of triangles in the world, with the differences of uv along them. Lanes outside `on_mesh` are unspecified.
-    #[inline(always)]
-    fn uv_sides<F: Float>(
-        &self,
-        instances: Option<&Instances>,
-        surface: F::Uint,
-        instance: F::Uint,
-        on_mesh: F::Mask,
-    ) -> UvSides<F> {
-        let Corners { a, b, c, vertices } = self.corners_of::<F>(surface);
-        let mut sides = (b - a, c - a);
-        if let Some(instances) = instances {
-            sides = F::branch(
-                on_mesh & is_shared::<F>(instance),
-                sides,
-                #[inline(always)]
-                || {
-                    let place = instances.gather::<F>(instance);
-                    let corner = place.point(a);
-                    (place.point(b) - corner, place.point(c) - corner)
-                },
-            );
-        }
-        let [ua, ub, uc] = values_of::<F>(&self.uv[0], vertices, [0.0, 1.0, 1.0]);
-        let [va, vb, vc] = values_of::<F>(&self.uv[1], vertices, [0.0, 0.0, 1.0]);
-        let (ab, ac) = sides;
-        UvSides { ab, ac, u: [ub - ua, uc - ua], v: [vb - va, vc - va] }
-    }
-}
-
-/// The sides of a triangle from its first corner to the second and to the third, and the differences of uv along them.
-struct UvSides<F> {
-    ab: Vec3<F>,
-    ac: Vec3<F>,
-    u: [F; 2],
-    v: [F; 2],
 }
 
 /// The lanes with hits on instances.
@@ -431,24 +359,4 @@ pub(super) struct TrianglePoint<F> {
 #[inline(always)]
 pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
     surface & F::Uint::splat(FIRST_TRIANGLE - 1)
-}
-
-/// The weighted mean of a column's values at three vertices; `without` replaces NaN.
-#[inline(always)]
-fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
-    let [a, b, c] = values_of::<F>(column, vertices, without);
-    a + (b - a) * weights[0] + (c - a) * weights[1]
-}
-
-/// A column's values at three vertices; `without` replaces NaN.
-#[inline(always)]
-fn values_of<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3]) -> [F; 3] {
-    let mut values = [F::zero(); 3];
-    for (i, value) in values.iter_mut().enumerate() {
-        let given = F::gather(column, vertices[i]);
-        let magnitude = given.to_bits() & F::Uint::splat(i32::MAX as u32);
-        let is_nan = F::Uint::splat(f32::INFINITY.to_bits()).lt(magnitude);
-        *value = F::select(is_nan, F::splat(without[i]), given);
-    }
-    values
 }

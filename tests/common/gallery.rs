@@ -227,6 +227,78 @@ pub(super) fn add_mapped_group(scene: &mut Scene) {
     scene.add_instance("mapped", group, place);
 }
 
+/// Makes a scene of a floor, of shapes of every kind that emit textures, and of meshes whose materials, maps, opacity and
+/// emission use the second set of uv, alone and beside the first. The surfaces are around (5, 0, 0).
+pub(super) fn add_glow(scene: &mut Scene) {
+    let v = DVec3::new;
+    scene.images = vec![
+        ImageFile::of("colours".into(), speckled([9, 6], 3, Depth::Bits8, 1)),
+        ImageFile::of("greys".into(), speckled([7, 8], 1, Depth::Float, 4)),
+    ];
+    let of = Varying::Texture;
+    let second = |file| ImageTexture { uv_set: 1.0, color_space: ColorSpace::Data, ..image(file) };
+    let textures: Vec<TextureKind> = vec![
+        ImageTexture { uv_scale: [0.8, 1.3], ..image(0) }.into(),
+        ImageTexture { uv_scale: [1.5, 2.0], ..second(0) }.into(),
+        // 2 to 4: emission by the first set, by the second one, and by both.
+        ScaleTexture { texture: of(0), by: Varying::Colour([3.0, 2.0, 1.5]) }.into(),
+        ScaleTexture { texture: of(1), by: Varying::Colour([4.0; 3]) }.into(),
+        ScaleTexture { texture: of(2), by: of(1) }.into(),
+        // 5 and 6: colours and opacities by the second set; 7: heights by both.
+        ImageTexture { mipmap: true, uv_scale: [2.0; 2], ..second(0) }.into(),
+        second(1).into(),
+        ScaleTexture { texture: of(6), by: of(0) }.into(),
+    ];
+    scene.textures = textures.into_iter().map(|kind| Texture { name: "a texture".into(), kind }).collect();
+    let with = |kind: MaterialKind, modifiers: Modifiers, textures: &[(&'static str, usize)]| Material {
+        name: "a material".into(),
+        kind,
+        textures: textures.iter().map(|&(parameter, texture)| Textured { parameter, texture }).collect(),
+        modifiers,
+    };
+    let none = Modifiers::default();
+    let matte = |reflectance| -> MaterialKind { MatteParameters { reflectance, roughness: 0.0 }.into() };
+    let metal = ConductorParameters { metal: None, eta: Some([0.2; 3]), k: Some([3.0; 3]), roughness: [0.5; 2] };
+    let bumps = Modifiers { bump_map: Some(Named), bump_scale: 0.2, ..none };
+    scene.materials = vec![
+        with(matte([0.6, 0.7, 0.5]), none, &[]),
+        with(matte([0.0; 3]), none, &[]),
+        with(matte([0.5; 3]), bumps, &[("reflectance", 5), ("opacity", 6), ("bump_map", 7)]),
+        with(metal.into(), Modifiers { normal_map: Some(Named), normal_scale: 0.5, ..none }, &[("normal_map", 1)]),
+    ];
+    let tent = |corners: [[f32; 3]; 4]| Mesh {
+        positions: corners.to_vec(),
+        uv: vec![[0.0, 0.0], [1.0, 0.2], [0.9, 1.1], [0.1, 0.8]],
+        second_uv: vec![[0.3, 1.0], [0.1, 0.1], [1.2, 0.0], [1.0, 0.9]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let mesh = |mesh: Mesh| Shape::Mesh { mesh: Arc::new(mesh), transform: DAffine3::IDENTITY };
+    let wall = mesh(tent([[7.0, 2.5, -1.4], [7.0, -2.5, -1.4], [7.4, -2.5, 1.6], [7.0, 2.5, 1.8]]));
+    let metal = mesh(tent([[5.5, 2.4, -1.2], [4.2, 2.6, -1.2], [4.2, 2.4, 0.4], [5.5, 2.2, 0.2]]));
+    let lamp = mesh(tent([[4.0, -0.6, 1.6], [4.0, 0.6, 1.6], [5.2, 0.6, 2.0], [5.2, -0.6, 1.7]]));
+    let screen = mesh(tent([[3.8, -1.6, -1.4], [3.4, -0.8, -1.4], [3.4, -0.9, -0.9], [3.7, -1.7, -0.8]]));
+    let plane = PlaneParameters { normal: DVec3::Z, distance: -1.5 };
+    let plain = |shape: Shape, material| Entity { shape, material, ..Entity::default() };
+    let emitting = |shape: Shape, texture| Entity { emission_texture: Some(texture), ..plain(shape, 1) };
+    let bowl: Shape = SphereParameters { center: v(6.2, 0.2, 0.9), radius: 0.3 }.into();
+    let tube: Shape = CylinderParameters { from: v(4.6, -2.0, -1.3), to: v(4.4, -2.3, 0.2), radius: 0.25 }.into();
+    let ring: Shape = CylinderParameters { from: v(3.6, 0.9, -1.2), to: v(3.4, 0.4, -1.0), radius: 0.35 }.into();
+    scene.entities = vec![
+        plain(plane.into(), 0),
+        plain(wall, 2),
+        plain(metal, 3),
+        Entity { flip_normal: true, ..emitting(lamp, 4) },
+        emitting(screen, 3),
+        emitting(SphereParameters { center: v(5.0, -0.9, -0.8), radius: 0.45 }.into(), 2),
+        Entity { flip_normal: true, ..emitting(bowl, 2) },
+        emitting(DiskParameters { center: v(5.0, 1.2, -0.6), normal: v(-0.8, -0.6, 0.0), radius: 0.5 }.into(), 2),
+        emitting(tube, 2),
+        Entity { flip_normal: true, ..emitting(ring, 2) },
+    ];
+    scene.render.max_depth = 4;
+}
+
 /// [`textured_materials`], followed by mixes, holes, back sides, and normal and height maps.
 pub(super) fn modified_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFile>) {
     let (mut materials, mut textures, images) = textured_materials();

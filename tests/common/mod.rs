@@ -30,7 +30,8 @@ pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
 pub fn integrator_in(scene: &Scene, accelerator: AcceleratorChoice) -> Box<dyn Integrator> {
     let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height).unwrap();
     let (world, offset) = (World::new(&surfaces, accelerator), film_offset(&scene.film));
-    integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
+    let compiled = Arc::new(compiled.with_camera_media(&world));
+    integrator::build(&scene.render, offset, compiled, Arc::new(world))
 }
 
 /// Passes every sample of a scene's image to `take`, with its pixel's index.

@@ -414,3 +414,10 @@ mod textured {
     use stride::texture::{ColorSpace, Depth, ImageFile, Picture, TexelFilter, Tile, Wrap};
     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/gallery.rs"));
 }
+
+/// Shapes of every kind that emit textures, and meshes that use both sets of uv.
+pub fn glow(width: u32, height: u32) -> Scene {
+    let mut all = scene(Vec::new(), Vec::new());
+    textured::add_glow(&mut all);
+    sized(all, width, height)
+}

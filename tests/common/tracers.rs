@@ -34,8 +34,8 @@ pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box
         Numbers::Sobol => Sobol { seed }.into(),
     };
     let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height).unwrap();
-    let (scene_tables, world) =
-        (Arc::new(compiled), Arc::new(World::new(&surfaces, AcceleratorChoice::Simple)));
+    let world = World::new(&surfaces, AcceleratorChoice::Simple);
+    let (scene_tables, world) = (Arc::new(compiled.with_camera_media(&world)), Arc::new(world));
     let offset = film_offset(&scene.film);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };
     match method {

@@ -1,5 +1,6 @@
 //! The documentation: its links, scenes, pictures, sections and sentences.
 
+mod example;
 mod links;
 mod markdown;
 mod pictures;

@@ -1,8 +1,9 @@
 //! Scenes in the documentation, and the kinds that it describes.
 
-use super::markdown::code_blocks;
+use super::markdown::{code_blocks, without_code};
 use super::{documents, files, root, stem, text};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::path::Path;
 use stride::Render;
 use stride::scene::{load, parse};
@@ -104,34 +105,121 @@ fn kinds(schema: &Value) -> Vec<String> {
     types.map(str::to_owned).collect()
 }
 
-/// What is missing in a chapter: blocks of TOML that show each kind.
-fn undescribed(chapter: &str, kinds: &[String]) -> Vec<String> {
-    let blocks = code_blocks(chapter);
-    let shows = |kind: &str| blocks.iter().any(|block| block.text.contains(&format!("type = \"{kind}\"")));
-    kinds.iter().filter(|kind| !shows(kind)).cloned().collect()
+/// The sections of a chapter: each heading with the text up to the next one.
+fn sections(chapter: &str) -> Vec<String> {
+    let mut sections = vec![String::new()];
+    let mut is_code = false;
+    for line in chapter.lines() {
+        is_code ^= line.starts_with("```");
+        if line.starts_with('#') && !is_code {
+            sections.push(String::new());
+        }
+        let section = sections.last_mut().expect("a section");
+        *section += line;
+        section.push('\n');
+    }
+    sections
+}
+
+/// Those of some pieces of TOML that no section shows together with a picture.
+fn undescribed(chapter: &str, pieces: &[String]) -> Vec<String> {
+    let sections: Vec<_> = sections(chapter).into_iter().filter(|section| section.contains("\n![")).collect();
+    let shows = |piece: &String| {
+        let mut blocks = sections.iter().flat_map(|section| code_blocks(section));
+        blocks.any(|block| block.language == "toml" && block.text.contains(piece))
+    };
+    pieces.iter().filter(|piece| !shows(piece)).cloned().collect()
+}
+
+/// The keys that all of some kinds have.
+fn common_keys(schema: &Value) -> Vec<String> {
+    let alternatives = schema["oneOf"].as_array().expect("alternatives");
+    let keys =
+        |kind: &Value| kind["properties"].as_object().expect("keys").keys().cloned().collect::<Vec<_>>();
+    let common = keys(&alternatives[0]).into_iter();
+    common.filter(|key| alternatives.iter().all(|kind| keys(kind).contains(key))).collect()
 }
 
 #[test]
-fn every_kind_has_a_section() {
+fn every_kind_has_a_section_with_a_picture() {
     let schema: Value = serde_json::from_str(&text("docs/scene.schema.json")).expect("JSON");
     let tables = &schema["properties"];
+    let materials = &tables["materials"]["additionalProperties"];
     let parts = [
         ("docs/shapes.md", kinds(&tables["entities"]["items"]["properties"]["shape"])),
-        ("docs/materials.md", kinds(&tables["materials"]["additionalProperties"])),
+        ("docs/materials.md", kinds(materials)),
         ("docs/textures.md", kinds(&tables["textures"]["additionalProperties"])),
         ("docs/lights.md", kinds(&tables["lights"]["items"])),
+        ("docs/scene-format.md", vec!["orthographic".to_owned()]),
     ];
     for (path, kinds) in parts {
-        assert!(kinds.len() >= 3, "{path}");
-        assert_eq!(undescribed(&text(path), &kinds), [""; 0], "{path}");
+        let pieces: Vec<_> = kinds.iter().map(|kind| format!("type = \"{kind}\"")).collect();
+        assert!(!pieces.is_empty(), "{path}");
+        assert_eq!(undescribed(&text(path), &pieces), [""; 0], "{path}");
+    }
+    // The parameters of all materials; scales are parts of their maps.
+    let modifiers =
+        common_keys(materials).into_iter().filter(|key| key != "type" && !key.ends_with("_scale"));
+    let pieces: Vec<_> = modifiers.map(|key| format!("\n{key} = ")).collect();
+    assert!(pieces.len() >= 4, "{pieces:?}");
+    assert_eq!(undescribed(&text("docs/materials.md"), &pieces), [""; 0]);
+    for (path, piece) in [
+        ("docs/shapes.md", "[[instances]]"),
+        ("docs/shapes.md", "transform = {"),
+        ("docs/lights.md", "[environment]\nradiance"),
+        ("docs/lights.md", "[environment]\nfile"),
+        ("docs/lights.md", "emission = ["),
+        ("docs/lights.md", "emission = \""),
+        ("docs/scene-format.md", "aperture_radius"),
+    ] {
+        assert_eq!(undescribed(&text(path), &[piece.to_owned()]), [""; 0], "{path}");
     }
     let filters = kinds(&tables["film"]["properties"]["filter"]["anyOf"][1]);
     for filter in filters {
         let picture = format!("(pictures/filter-{filter}.png)");
         assert!(text("docs/filters.md").contains(&picture), "docs/filters.md lacks {filter}");
     }
-    let missing = undescribed("```toml\ntype = \"a\"\n```", &["a".to_owned(), "b".to_owned()]);
-    assert_eq!(missing, ["b"]);
+    let chapter = "## A\n![](a.png)\n```toml\na = 1\n```\n## B\n```toml\nb = 1\n```";
+    assert_eq!(undescribed(chapter, &["a = 1".to_owned(), "b = 1".to_owned()]), ["b = 1"]);
+}
+
+/// The names of all keys in a schema.
+fn keys(schema: &Value, found: &mut BTreeSet<String>) {
+    if let Some(properties) = schema["properties"].as_object() {
+        found.extend(properties.keys().cloned());
+    }
+    match schema {
+        Value::Object(members) => members.values().for_each(|member| keys(member, found)),
+        Value::Array(items) => items.iter().for_each(|item| keys(item, found)),
+        _ => {}
+    }
+}
+
+/// The words in the code of a chapter, in blocks of TOML and in lines.
+fn words_of_code(chapter: &str) -> BTreeSet<String> {
+    let blocks =
+        code_blocks(chapter).into_iter().filter(|block| block.language == "toml").map(|block| block.text);
+    let prose = without_code(chapter);
+    let inline = prose.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).map(str::to_owned);
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let words = blocks
+        .chain(inline)
+        .flat_map(|code| code.split(|c| !is_word(c)).map(str::to_owned).collect::<Vec<_>>());
+    words.collect()
+}
+
+#[test]
+fn every_key_is_described() {
+    let schema: Value = serde_json::from_str(&text("docs/scene.schema.json")).expect("JSON");
+    let mut known = BTreeSet::new();
+    keys(&schema, &mut known);
+    assert!(known.len() > 50 && known.contains("penumbra_angle"));
+    let chapters = ["scene-format", "shapes", "materials", "textures", "lights", "filters"];
+    let described: BTreeSet<_> =
+        chapters.iter().flat_map(|chapter| words_of_code(&text(&format!("docs/{chapter}.md")))).collect();
+    assert_eq!(known.difference(&described).collect::<Vec<_>>(), [""; 0]);
+    let words = words_of_code("a `b = 1` c\n```toml\nd = 1\n```\n```sh\ne\n```");
+    assert_eq!(words.iter().filter(|word| !word.is_empty()).collect::<Vec<_>>(), ["1", "b", "d"]);
 }
 
 #[test]

@@ -16,8 +16,9 @@ use stride::film::film_offset;
 use stride::integrator::{self, Paths};
 use stride::math::Ray;
 use stride::math::lanes::Level;
+use stride::parameter::Varying;
 use stride::sampling::{Region, Stream};
-use stride::scene::{Entity, Instance, Integrator, Scene, Shape};
+use stride::scene::{ConstantTexture, Entity, Instance, Integrator, Scene, Shape, Texture};
 use stride::shape::NOTHING;
 use stride::world::{AcceleratorChoice, CompiledScene, Simple, Size, World, compile};
 
@@ -323,6 +324,16 @@ fn emissive_shapes_are_sampled_where_transforms_preserve_them() {
     assert_eq!(scene.written_out(&scene.group_places()), [false, true, true, true, true, true]);
     scene.instances[0].transform = DAffine3::from_scale(DVec3::splat(3.0));
     assert_eq!(scene.written_out(&scene.group_places()), [true; 6]);
+    // So it does for textures that they emit.
+    let mut glowing = grouped(shapes_of_all_kinds(), &similar());
+    let kind = ConstantTexture { value: Varying::Colour([2.0; 3]) }.into();
+    glowing.textures = vec![Texture { name: "glow".into(), kind }];
+    glowing.entities.iter_mut().for_each(|entity| entity.emission_texture = Some(0));
+    assert_eq!(glowing.written_out(&glowing.group_places()), [false, true, true, false, false, true]);
+    assert_eq!(lights(&glowing), 2 * (1 + 6 + 4));
+    let away = |x: f64| DAffine3::from_translation(v(x, 0.0, 0.0)) * DAffine3::from_scale(DVec3::splat(3.0));
+    (glowing.instances[0].transform, glowing.instances[1].transform) = (away(0.0), away(9.0));
+    assert_eq!(lights(&glowing), 2 * all);
     // A group without instances emits nothing.
     scene.instances.clear();
     assert_eq!(lights(&scene), 0);
@@ -392,8 +403,25 @@ fn invalid_groups_are_reported() {
         }
         s.add_instance("all", 9, DAffine3::IDENTITY);
     };
+    // 128³ instances of a box make six times as many lights, but are no more instances than there may be.
+    let bright = |s: &mut Scene| {
+        let ball = s.add_group("lamp");
+        let corner = DVec3::splat(0.1);
+        let lamp = cuboid(DVec3::ZERO, corner, 0);
+        s.entities.push(Entity { within: Some(ball), ..emitting(lamp, 1.0) });
+        for group in ball..ball + 3 {
+            s.add_group("g");
+            let held = Instance { group, within: Some(group + 1), ..Instance::default() };
+            s.instances.extend(std::iter::repeat_n(held, 128));
+        }
+        s.add_instance("all", ball + 3, DAffine3::IDENTITY);
+    };
     type Change = fn(&mut Scene);
-    let cases: [(Change, &str); 9] = [
+    let cases: [(Change, &str); 10] = [
+        (
+            bright,
+            "it emits with 6 triangles or surfaces in each of 2097152 instances: with it there are more than 8388608 lights in groups",
+        ),
         (|s| s.entities[1].within = Some(7), "entity 2 (\"entity\"): there is no group 8, only 1"),
         (
             |s| s.entities[1].shape = plane(DVec3::Z, 0.0, 0).shape,

@@ -1,12 +1,14 @@
 //! Lights of every shape, seen from points.
 
 use super::common::chi_square::{Outcome, Polar, compare, narrow};
-use super::common::scenes::{cylinder, disk, emitting, flipped, gallery, matte, quad, scene, sphere, v};
+use super::common::scenes::{
+    cylinder, disk, emitting, flipped, gallery, matte, mesh, quad, scene, sphere, v,
+};
 use glam::DVec3;
 use stride::light::LightSample;
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Ray, Vec3};
-use stride::scene::Entity;
+use stride::scene::{Entity, Mesh};
 use stride::world::{AcceleratorChoice, CompiledScene, World, compile};
 
 /// A scene with one light, seen from a point.
@@ -136,5 +138,33 @@ pub(super) fn all() -> Vec<(&'static str, (Seen, Polar))> {
         ("a cylinder from far beyond its end", tube(v(1.0, 0.5, -20.0))),
         ("a cylinder from inside", tube(v(0.2, 0.1, 0.3))),
         ("a cylinder through its end", tube(v(0.2, 0.1, 2.0))),
+    ]
+}
+
+/// Lights of every shape that emit a texture and are sampled by area, so that some samples face away.
+pub(super) fn textured() -> Vec<(&'static str, (Seen, Polar))> {
+    let glowing = |light: Entity, (seen, polar): (Seen, Polar)| {
+        let mut scene = gallery(16, 16);
+        scene.entities = vec![Entity { emission_texture: Some(0), material: 6, ..light }];
+        let (tables, surfaces) = compile(&scene, 16, 16).unwrap();
+        (Seen { tables, world: World::new(&surfaces, AcceleratorChoice::Simple), p: seen.p }, polar)
+    };
+    let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
+    let round = || sphere(CENTRE, 1.0, 0);
+    let flat = || disk(CENTRE, n, 1.0, 0);
+    let long = || cylinder(CENTRE - n, CENTRE + n, 0.5, 0);
+    let corners = [CENTRE, CENTRE + s * 2.0, CENTRE + s * 0.3 + t].map(|p| p.to_array().map(|x| x as f32));
+    let uv = vec![[0.1, 0.2], [1.4, 0.1], [0.6, 0.9]];
+    let triangle = Mesh { positions: corners.to_vec(), uv, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+    vec![
+        ("a textured sphere", glowing(round(), ball(3.0))),
+        ("a near textured sphere", glowing(round(), ball(1.2))),
+        ("a textured sphere from inside", glowing(flipped(round()), ball(0.5))),
+        ("a textured disk", glowing(flat(), plate(v(0.2, 0.1, 2.0)))),
+        ("a near textured disk", glowing(flat(), plate(v(0.3, 0.1, 0.4)))),
+        ("a textured cylinder", glowing(long(), tube(v(1.0, 2.0, 0.3)))),
+        ("a textured cylinder from beyond its end", glowing(long(), tube(v(0.5, -0.4, 2.0)))),
+        ("a textured cylinder from inside", glowing(flipped(long()), tube(v(0.2, 0.1, 0.3)))),
+        ("a textured triangle", glowing(mesh(triangle, 0), sheet(v(0.2, 0.1, 2.0)))),
     ]
 }

@@ -113,11 +113,11 @@ fn bsdfs() -> Vec<Bsdf<f32>> {
 }
 
 fn of(row: Row) -> Bsdf<f32> {
-    MaterialTable::new(vec![row]).bsdf(Wrapping(0), Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 })
+    MaterialTable::new(vec![row]).bsdf(Wrapping(0), Site::new(Vec3::zero(), [0.0; 2], 0.0))
 }
 
 fn bsdf(index: u32) -> Bsdf<f32> {
-    materials().bsdf(Wrapping(index), Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 })
+    materials().bsdf(Wrapping(index), Site::new(Vec3::zero(), [0.0; 2], 0.0))
 }
 
 fn follows(bxdf: &impl Bxdf<f32>, wo: Vec3<f32>, seed: u32) -> Outcome {

@@ -134,8 +134,8 @@ broken!(
 );
 broken!(
     another_set_of_uv,
-    texture("image", "file = \"docs/pictures/cover.png\"\nuv_set = 1\n"),
-    ["7:10: there is no set 1 of uv; surfaces have one set of uv, which is 0"]
+    texture("image", "file = \"docs/pictures/cover.png\"\nuv_set = 2\n"),
+    ["7:10: uv_set must be from 0 to 1, not 2"]
 );
 broken!(
     flags_that_are_none,

@@ -30,21 +30,21 @@ fn a_scene_without_light_gives_a_warning() {
 }
 
 #[test]
-fn unsampled_textured_emission_gives_a_warning() {
-    let emits = "emission = \"t\"\n[textures.t]\ntype = \"constant\"\nvalue = 1";
-    let chance = "box.toml:8:12: with textured emission, only quads and boxes are sampled as lights; \
-                  paths find the emission of other shapes by chance";
-    assert_eq!(warnings(&format!("{BALL}{emits}")), [chance]);
-    let ball = r#"type = "sphere", center = [0, 0, 0], radius = 1"#;
-    let none: [&str; 0] = [];
-    for shape in [
-        r#"type = "quad", corner = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0]"#,
-        r#"type = "box", min = [0, 0, 0], max = [1, 1, 1]"#,
-    ] {
-        let text = BALL.replace(ball, shape);
-        assert_ne!(text, BALL);
-        assert_eq!(warnings(&format!("{text}{emits}")), none);
-    }
+fn surfaces_that_lead_to_several_media_give_a_warning() {
+    let green = |rest: &str| format!("type = \"dielectric\"\nior = 1.5\nabsorption = [1, 0, 1]\n{rest}");
+    let sky = "[environment]\nradiance = [1, 1, 1]\n[materials.clear]\ntype = \"glass\"\nior = 1.5";
+    let with = |material: &str| {
+        let matte = "type = \"matte\"\nreflectance = [0.5, 0.5, 0.5]";
+        warnings(&format!("{}{sky}", BALL.replace(matte, material)))
+    };
+    let several = "box.toml:10:12: \"ball\" leads to several media by mix, checkerboard or back: a path may leave another \
+                   medium than it entered; give these dielectrics the same ior, absorption and priority, or let one \
+                   material be opaque";
+    assert_eq!(with(&green("back = \"clear\"\n")), [several]);
+    let holed = "box.toml:10:12: \"ball\" has an opacity below 1 on a dielectric: a path that enters through a hole is \
+                 not in its medium; remove the opacity, or the absorption and the priorities";
+    assert!(with(&green("opacity = 0.5\n")).contains(&holed.to_owned()));
+    assert!(!with(&green("reflectance = [1, 1, 1]\n")).iter().any(|warning| warning.contains("med")));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Meshes out of nothing: a sphere with bumps on bumps.
+//! Meshes by formula: a sphere with several octaves of bumps.
 
 use glam::DVec3;
 use rand::RngExt;
@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use stride::sampling::Stream;
 use stride::shape::Mesh;
 
-/// A sphere of 20·4ⁿ triangles: an icosahedron whose triangles are cut in four n times.
+/// A sphere of 20·4ⁿ triangles: an icosahedron whose triangles are divided into four n times.
 pub struct Icosphere {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -20,7 +20,7 @@ impl Icosphere {
             .flat_map(|(a, b)| [DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)])
             .map(DVec3::normalize)
             .collect();
-        // Neighbours are the pairs that are nearest; outward is away from the middle.
+        // Edges are the shortest pairs; outward is away from the centre.
         let near = |a: usize, b: usize| vertices[a].dot(vertices[b]) > 0.4;
         let mut triangles = Vec::new();
         for a in 0..12 {
@@ -52,7 +52,7 @@ impl Icosphere {
         Icosphere { vertices, triangles }
     }
 
-    /// A blob of radius one, more or less, around the origin: seven octaves of four waves each.
+    /// A blob of about radius one around the origin: seven octaves of four waves each.
     pub fn blob(&self, seed: u32) -> Mesh {
         let stream = &mut Stream::new(seed, 0, 0);
         let mut waves = Vec::new();
@@ -72,7 +72,7 @@ impl Icosphere {
     }
 }
 
-/// A direction, evenly distributed.
+/// A uniformly distributed direction.
 pub fn direction(stream: &mut Stream) -> DVec3 {
     let z = stream.random_range(-1.0..1.0_f64);
     let (sin, cos) = stream.random_range(0.0..std::f64::consts::TAU).sin_cos();

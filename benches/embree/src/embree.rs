@@ -1,4 +1,4 @@
-//! What the benchmark needs of Embree 3, by its C interface.
+//! The part of Embree 3's C interface that the benchmark uses.
 
 use crate::rays::{Answers, Rays};
 use std::ffi::{c_char, c_int, c_uint, c_void};
@@ -28,7 +28,7 @@ struct RayHit {
     instance: c_uint,
 }
 
-/// `RTCIntersectContext`: a path tracer's, whose rays have nothing to do with one another.
+/// `RTCIntersectContext` for incoherent rays, as in a path tracer.
 #[repr(C)]
 struct Context {
     flags: c_int,
@@ -79,7 +79,7 @@ unsafe extern "C" {
     fn rtcOccluded1(scene: Handle, context: *mut Context, ray: *mut RayHit);
 }
 
-/// Bytes that Embree holds, its copies of vertices and indices included.
+/// The number of bytes that Embree has allocated, including its copies of vertices and indices.
 static BYTES: AtomicIsize = AtomicIsize::new(0);
 
 extern "C" fn count(_user: *mut c_void, bytes: isize, _post: bool) -> bool {
@@ -94,7 +94,7 @@ pub enum Quality {
     High = 2,
 }
 
-/// A scene of Embree's, in robust mode.
+/// An Embree scene in robust mode.
 pub struct Embree {
     device: Handle,
     scene: Handle,
@@ -103,11 +103,11 @@ pub struct Embree {
 }
 
 impl Embree {
-    /// Meshes, and the places of their instances: a mesh and a matrix by columns. Without any place, the first mesh
-    /// by itself.
+    /// Meshes, and their instances: the index of a mesh and a matrix by columns. Without instances, only the first
+    /// mesh.
     pub fn new(meshes: &[Mesh], places: &[(usize, [f32; 12])], quality: Quality, threads: usize) -> Embree {
         let config = std::ffi::CString::new(format!("threads={threads},set_affinity=0")).expect("no zero");
-        // SAFETY: Embree's own order of calls; every buffer is filled to its length, which Embree has allocated.
+        // SAFETY: the order of calls is Embree's; every buffer is filled to its length, which Embree has allocated.
         unsafe {
             BYTES.store(0, Ordering::Relaxed);
             let device = rtcNewDevice(config.as_ptr());
@@ -129,7 +129,7 @@ impl Embree {
         }
     }
 
-    /// What each ray meets first.
+    /// The first hit of each ray.
     pub fn closest(&self, rays: &Rays, answers: &mut Answers) {
         let mut context = Context { flags: 0, filter: ptr::null(), instance: NONE };
         for i in 0..rays.len() {
@@ -141,12 +141,12 @@ impl Embree {
         }
     }
 
-    /// Which rays meet anything: their distances are −∞, as Embree has it.
+    /// Whether each ray has a hit. Embree sets the distance to −∞ if so.
     pub fn any(&self, rays: &Rays, answers: &mut Answers) {
         let mut context = Context { flags: 0, filter: ptr::null(), instance: NONE };
         for i in 0..rays.len() {
             let mut ray = rays.one(i);
-            // SAFETY: as above; a ray is the front of a ray with a hit.
+            // SAFETY: as above; `RTCRay` is the first part of `RTCRayHit`.
             unsafe { rtcOccluded1(self.scene, &mut context, &mut ray) };
             answers.t[i] = ray.t_far;
         }
@@ -177,7 +177,7 @@ impl Rays {
 /// # Safety
 /// The device is open.
 unsafe fn new_scene(device: Handle, quality: Quality) -> Handle {
-    // SAFETY: a scene that was just made is nobody else's.
+    // SAFETY: no other thread knows the new scene.
     unsafe {
         let scene = rtcNewScene(device);
         rtcSetSceneFlags(scene, ROBUST);
@@ -189,8 +189,8 @@ unsafe fn new_scene(device: Handle, quality: Quality) -> Handle {
 /// # Safety
 /// The device is open.
 unsafe fn of_mesh(device: Handle, mesh: &Mesh, quality: Quality) -> Handle {
-    // SAFETY: Embree allocates each buffer for as many values of the size that is named here as are then copied to it,
-    // and positions and triangles are plain arrays of three 32-bit numbers.
+    // SAFETY: Embree allocates each buffer for as many values of the stated size as are copied to it. Positions and
+    // triangles are arrays of three 32-bit numbers.
     unsafe {
         let scene = new_scene(device, quality);
         let geometry = rtcNewGeometry(device, TRIANGLES);
@@ -210,7 +210,7 @@ unsafe fn of_mesh(device: Handle, mesh: &Mesh, quality: Quality) -> Handle {
 
 impl Drop for Embree {
     fn drop(&mut self) {
-        // SAFETY: each handle was made here and is released once.
+        // SAFETY: each handle was created here and is released once.
         unsafe {
             self.meshes.iter().for_each(|&scene| rtcReleaseScene(scene));
             rtcReleaseScene(self.scene);

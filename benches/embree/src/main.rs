@@ -1,14 +1,14 @@
-//! stride's tree beside Embree's: rays a second of one thread, seconds to build, bytes a triangle; on the same
-//! rays and in one run, because no two runs on a machine are alike.
+//! Compares stride's tree with Embree's: rays per second on one thread, seconds to build, and bytes per triangle. Both
+//! trace the same rays in the same run.
 //!
 //! ```sh
 //! apt-get install libembree-dev
 //! cargo run --release -p embree -- [--rays N] [--rounds N] [mesh] [build] [instances] [watertight]
 //! ```
 //!
-//! Embree is robust, as `stride` is, and asked one ray at a time without coherence, as a path tracer asks it;
-//! `stride` is asked as many at a time as it has lanes, as its own paths ask. Figures are medians over rounds, each
-//! of which asks all three once; ratios are medians of the rounds' own.
+//! Embree is in robust mode, like stride, and traces one ray per call without coherence, as a path tracer would call it.
+//! stride traces as many rays per call as it has lanes, as its own paths do. Figures are medians over rounds, in each of
+//! which every tree traces all rays once; ratios are medians of the ratios of rounds.
 
 mod blob;
 mod embree;
@@ -78,12 +78,12 @@ fn tree_of(triangles: Triangles, threads: usize) -> World {
     World::with_build_threads(&surfaces, TreeScope::Everything, threads)
 }
 
-/// What the tree of a world takes up in memory.
+/// The size of a world's tree in memory.
 fn tree_bytes(world: &World) -> usize {
     world.tree.as_ref().map_or(0, |tree| tree.bytes())
 }
 
-/// A picture's rays from outside, row by row.
+/// Camera rays from outside, in rows of a picture.
 fn primary(count: usize) -> Rays {
     let side = (count as f64).sqrt().ceil() as usize;
     let eye = DVec3::new(0.7, -2.4, 0.9);
@@ -94,12 +94,12 @@ fn primary(count: usize) -> Rays {
     Rays::new((0..count).map(|i| (eye, (forward + right * at(i % side) - up * at(i / side)).normalize())))
 }
 
-/// From where rays hit something, in directions around the normal there, cosine-distributed.
+/// Rays from hits of other rays, with a cosine distribution around the normal.
 fn bounce(count: usize, rays: &Rays, hits: &Answers, mesh: &Mesh) -> Rays {
     let stream = &mut Stream::new(1, 0, 0);
     let met: Vec<usize> = (0..rays.len()).filter(|&i| hits.t[i] < f32::INFINITY).collect();
     Rays::new((0..count).map(|i| {
-        // In the picture's order, or what a path tracer would keep of it.
+        // Hits are in the order of the picture, as in a path tracer.
         let i = met[i * met.len() / count];
         let (o, d) = rays.get(i);
         let p = o + d * f64::from(hits.t[i]);
@@ -111,7 +111,7 @@ fn bounce(count: usize, rays: &Rays, hits: &Answers, mesh: &Mesh) -> Rays {
     }))
 }
 
-/// From anywhere in and around the mesh in any direction.
+/// Rays from random points in and around the mesh in random directions.
 fn random(count: usize) -> Rays {
     let stream = &mut Stream::new(2, 0, 0);
     Rays::new((0..count).map(|_| {
@@ -138,7 +138,7 @@ fn mesh(level: Level, count: usize, rounds: usize) {
     compare(level, &ours, [&medium, &high], &[("primary", primary), bounce, random], rounds);
 }
 
-/// Asks all, round by round, and prints Mrays/s and ratios.
+/// Measures all trees in rounds, and prints millions of rays per second and ratios.
 fn compare(level: Level, ours: &World, embree: [&Embree; 2], sets: &[(&str, Rays)], rounds: usize) {
     println!("rays             stride     Embree medium, high  (Mrays/s)    stride over medium, high");
     for (name, rays) in sets {
@@ -183,7 +183,7 @@ fn compare(level: Level, ours: &World, embree: [&Embree; 2], sets: &[(&str, Rays
     }
 }
 
-/// Eight meshes of 1.3 million triangles each, which stand at a thousand places.
+/// A thousand instances of eight meshes of 1.3 million triangles each.
 fn instances(level: Level, count: usize, rounds: usize) {
     let sphere = Icosphere::new(8);
     let meshes: Vec<Mesh> = (0..8).map(|seed| sphere.blob(seed)).collect();
@@ -233,7 +233,7 @@ fn instances(level: Level, count: usize, rounds: usize) {
     );
 }
 
-/// Rays from inside of a closed mesh of more than a million triangles: how many leave it without meeting it.
+/// The number of rays from inside a closed mesh of more than a million triangles that leave it without a hit.
 fn watertight(level: Level, count: usize) {
     let mesh = Icosphere::new(8).blob(7);
     let tree = stride_of(&mesh, 1);
@@ -266,7 +266,7 @@ fn build(rounds: usize) {
         let mut times = [const { Vec::new() }; 3];
         let mut bytes = [0.0; 3];
         for _ in 0..rounds {
-            // As for Embree, whose own copy of the vertices is not in its time.
+            // The time does not include copying the vertices, as for Embree.
             let mut triangles = Triangles::default();
             triangles.push(&mesh, &DAffine3::IDENTITY, 0);
             let (time, tree) = seconds(|| tree_of(triangles, threads));

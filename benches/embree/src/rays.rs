@@ -1,17 +1,17 @@
-//! Rays, and what becomes of them.
+//! Rays and their hits.
 
 use glam::DVec3;
 use stride::math::lanes::{Kernel, Level, dispatch};
 use stride::math::{LaneFloat, LaneUint, Mask, Ray, Vec3};
 use stride::world::World;
 
-/// Rays, one column for each number, a multiple of sixteen of them.
+/// Rays, one column for each coordinate. Their number is a multiple of sixteen.
 pub struct Rays {
     pub o: [Vec<f32>; 3],
     pub d: [Vec<f32>; 3],
 }
 
-/// Distances and numbers of what rays met.
+/// The distances and surfaces of rays' hits.
 pub struct Answers {
     pub t: Vec<f32>,
     pub primitive: Vec<u32>,
@@ -45,12 +45,12 @@ impl Rays {
         (wide(&self.o), wide(&self.d))
     }
 
-    /// What each ray meets first.
+    /// The first hit of each ray.
     pub fn closest(&self, level: Level, world: &World, answers: &mut Answers) {
         dispatch(level, Ask::<true> { world, rays: self, answers });
     }
 
-    /// Which rays meet anything: their distances are −∞.
+    /// Whether each ray has a hit. Its distance is −∞ if so.
     pub fn any(&self, level: Level, world: &World, answers: &mut Answers) {
         dispatch(level, Ask::<false> { world, rays: self, answers });
     }

@@ -166,9 +166,10 @@ shared! {
         tree_share: f32,
         /// The heap's word at which the filter's weights start.
         weights_from: u32,
-        /// The heap's words at which these start: the cells of grids, media, textured parameters, instructions of
-        /// textures, pictures, and their texels.
+        /// The heap's words at which these start: the cells of grids, the uv of textured triangles, media, textured
+        /// parameters, instructions of textures, pictures, and their texels.
         cells_from: u32,
+        corners_from: u32,
         media_from: u32,
         bindings_from: u32,
         instructions_from: u32,
@@ -184,6 +185,7 @@ shared! {
         /// The media that contain the camera, in two words.
         inside_x: u32,
         inside_y: u32,
+        _inside: [u32; 3],
         /// The table of `FilmOffset::Drawn`: 65 nodes, four per row.
         offset_nodes: [[f32; 4]; 17],
     }
@@ -316,7 +318,9 @@ shared! {
         normal: [f32; 3],
         u: f32,
         v: f32,
-        _end: [u32; 3],
+        second_u: f32,
+        second_v: f32,
+        _end: u32,
     }
 
     /// A pending branch of `whitted`.

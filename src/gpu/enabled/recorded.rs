@@ -159,12 +159,14 @@ fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
     textures.instruction_columns(&mut Rows { registry: &mut registry, reader: "instruction_at" });
     textures.picture_columns(&mut Rows { registry: &mut registry, reader: "picture_at" });
     lights.grids().columns(&mut Rows { registry: &mut registry, reader: "cell_at" });
+    lights.corner_uv().columns(&mut Rows { registry: &mut registry, reader: "corner_at" });
     surfaces.columns(&mut Rows { registry: &mut registry, reader: "surface_at" });
     registry.column(surfaces.errors(), "surface_at", "error");
-    if let Some(Triangles { rows, normals, uv: [u, v], .. }) = surfaces.triangles() {
+    if let Some(Triangles { rows, normals, uv: [u, v], second_uv: [u1, v1], .. }) = surfaces.triangles() {
         registry.words(rows, "triangle_at", "surface");
         registry.columns(normals, "vertex_at", "normal");
         registry.column(u, "vertex_at", "u").column(v, "vertex_at", "v");
+        registry.column(u1, "vertex_at", "second_u").column(v1, "vertex_at", "second_v");
     }
     if let Some(Instances { rows, .. }) = surfaces.instances() {
         registry.words(rows, "place_row_at", "surface");

@@ -35,6 +35,7 @@ pub(super) struct Tables {
     pub(super) tree: Tree,
     pub(super) weights: Weights,
     pub(super) cells: Vec<HeapWord>,
+    pub(super) corners: Vec<HeapWord>,
     pub(super) media: Vec<HeapWord>,
     pub(super) bindings: Vec<HeapWord>,
     pub(super) instructions: Vec<HeapWord>,
@@ -123,7 +124,7 @@ impl Tables {
             tap_ties,
             ..recorded::numbers(job.scene, &settings)
         };
-        let cells = cell_rows(lights).packed();
+        let (cells, corners) = (cell_rows(lights).packed(), corner_rows(lights).packed());
         let (lights, light_nodes) = light_tables(lights);
         let source = recorded::Source {
             scene: job.scene,
@@ -141,6 +142,7 @@ impl Tables {
             tree,
             weights: weights.map_or_else(Weights::default, Weights::new),
             cells,
+            corners,
             media: medium_rows(materials).packed(),
             bindings: binding_rows(materials).packed(),
             instructions: instruction_rows(materials).packed(),
@@ -206,6 +208,7 @@ impl Tables {
             Section::new(&self.tree.places),
             Section::new(&self.weights.rows),
             Section::new(&self.cells),
+            Section::new(&self.corners),
             Section::new(&self.media),
             Section::new(&self.bindings),
             Section::new(&self.instructions),
@@ -240,6 +243,7 @@ impl Tables {
             places_from: table(),
             weights_from: table(),
             cells_from: table(),
+            corners_from: table(),
             media_from: table(),
             bindings_from: table(),
             instructions_from: table(),
@@ -305,6 +309,13 @@ pub(super) fn material_rows(table: &MaterialTable) -> Rows<'_> {
 pub(super) fn cell_rows(table: &LightTable) -> Rows<'_> {
     let mut rows = Rows::default();
     table.grids().columns(&mut rows);
+    rows
+}
+
+/// The columns of the uv of lights.
+pub(super) fn corner_rows(table: &LightTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.corner_uv().columns(&mut rows);
     rows
 }
 
@@ -384,6 +395,7 @@ pub(super) fn readers() -> String {
     surface_rows(&surfaces, &SurfaceColumns::default()).text("Surface", "surface_at", "surfaces_from")
         + &material_rows(&materials).text("Material", "material_at", "materials_from")
         + &cell_rows(&lights).text("Cell", "cell_at", "cells_from")
+        + &corner_rows(&lights).text("Corner", "corner_at", "corners_from")
         + &medium_rows(&materials).text("Medium", "medium_at", "media_from")
         + &binding_rows(&materials).text("Binding", "binding_at", "bindings_from")
         + &instruction_rows(&materials).text("Instruction", "instruction_at", "instructions_from")

@@ -333,9 +333,18 @@ impl<'a> Meshes<'a> {
 
 /// The vertex attributes of meshes.
 fn vertices(triangles: &Triangles) -> Vec<MeshVertex> {
-    let Triangles { normals: [x, y, z], uv: [u, v], .. } = triangles;
-    let vertex =
-        |i: usize| MeshVertex { normal: [x[i], y[i], z[i]], u: u[i], v: v[i], ..MeshVertex::default() };
+    let Triangles { normals: [x, y, z], uv: [u, v], second_uv, .. } = triangles;
+    let vertex = |i: usize| {
+        let [second_u, second_v] = second_uv.each_ref().map(|column| column.get(i).copied().unwrap_or(0.0));
+        MeshVertex {
+            normal: [x[i], y[i], z[i]],
+            u: u[i],
+            v: v[i],
+            second_u,
+            second_v,
+            ..MeshVertex::default()
+        }
+    };
     (0..u.len()).map(vertex).collect()
 }
 

@@ -114,7 +114,8 @@ impl Uint for Uint8 {
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
         // The slice has as many values as it says.
-        Uint8(unsafe { _mm256_castps_si256(look_up(table.as_ptr().cast(), table.len(), index.0)) })
+        let [found] = unsafe { look_up([table.as_ptr().cast()], table.len(), index.0) };
+        Uint8(unsafe { _mm256_castps_si256(found) })
     }
     #[inline(always)]
     fn shl<const K: u32>(self) -> Self {
@@ -181,12 +182,12 @@ impl LaneUint for Uint8 {
     }
 }
 
-/// Entries of a table. Most tables have at most eight, for which this takes the fewest instructions.
+/// Entries of tables. Most tables have at most eight, for which this takes the fewest instructions.
 ///
 /// # Safety
-/// `table` holds `len` values.
+/// Each of `tables` holds `len` values.
 #[inline(always)]
-unsafe fn look_up(table: *const f32, len: usize, index: __m256i) -> __m256 {
+unsafe fn look_up<const T: usize>(tables: [*const f32; T], len: usize, index: __m256i) -> [__m256; T] {
     // An empty table is last among the lengths.
     let last = len.wrapping_sub(1);
     // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is not loaded
@@ -196,20 +197,33 @@ unsafe fn look_up(table: *const f32, len: usize, index: __m256i) -> __m256 {
         let index = _mm256_min_epu32(index, ends);
         // The places of a register that are in the table.
         let there = |places: __m256i| _mm256_cmpeq_epi32(_mm256_min_epu32(places, ends), places);
+        let mut found = [_mm256_setzero_ps(); T];
+        let mut i = 0;
         if last < N {
-            let places = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-            _mm256_permutevar8x32_ps(_mm256_maskload_ps(table, there(places)), index)
+            let there = there(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+            while i < T {
+                found[i] = _mm256_permutevar8x32_ps(_mm256_maskload_ps(tables[i], there), index);
+                i += 1;
+            }
         } else if last < 2 * N {
-            let places = _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15);
-            let low = _mm256_permutevar8x32_ps(_mm256_loadu_ps(table), index);
-            let high = _mm256_permutevar8x32_ps(_mm256_maskload_ps(table.add(N), there(places)), index);
+            let there = there(_mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
             // The bit that selects the register, moved to the position where a blend reads it.
-            _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index)))
+            let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
+            while i < T {
+                let low = _mm256_permutevar8x32_ps(_mm256_loadu_ps(tables[i]), index);
+                let high = _mm256_maskload_ps(tables[i].add(N), there);
+                found[i] = _mm256_blendv_ps(low, _mm256_permutevar8x32_ps(high, index), is_high);
+                i += 1;
+            }
         } else if last < i32::MAX as usize {
-            _mm256_i32gather_ps::<4>(table, index)
+            while i < T {
+                found[i] = _mm256_i32gather_ps::<4>(tables[i], index);
+                i += 1;
+            }
         } else {
             no_table(len)
         }
+        found
     }
 }
 
@@ -224,8 +238,25 @@ impl Float for Float8 {
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uint8) -> Self {
-        // As for integers.
-        Float8(unsafe { look_up(table.as_ptr(), table.len(), index.0) })
+        let [found] = Self::gather_all([table], index);
+        found
+    }
+    #[inline(always)]
+    fn gather_all<const T: usize>(tables: [&[f32]; T], index: Uint8) -> [Self; T] {
+        let (mut starts, mut len, mut i) = ([std::ptr::null(); T], usize::MAX, 0);
+        while i < T {
+            (starts[i], len) =
+                (tables[i].as_ptr(), if tables[i].len() < len { tables[i].len() } else { len });
+            i += 1;
+        }
+        // SAFETY: `len` is the least length, so each slice holds at least that many values.
+        let found = unsafe { look_up(starts, len, index.0) };
+        let (mut all, mut i) = ([Self::zero(); T], 0);
+        while i < T {
+            all[i] = Float8(found[i]);
+            i += 1;
+        }
+        all
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -110,7 +110,8 @@ impl Uint for Uint16 {
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
         // The slice has as many values as it says.
-        Uint16(unsafe { _mm512_castps_si512(look_up(table.as_ptr().cast(), table.len(), index.0)) })
+        let [found] = unsafe { look_up([table.as_ptr().cast()], table.len(), index.0) };
+        Uint16(unsafe { _mm512_castps_si512(found) })
     }
     #[inline(always)]
     fn shl<const K: u32>(self) -> Self {
@@ -177,25 +178,35 @@ impl LaneUint for Uint16 {
     }
 }
 
-/// Entries of a table.
+/// Entries of tables.
 ///
 /// # Safety
-/// `table` holds `len` values.
+/// Each of `tables` holds `len` values.
 #[inline(always)]
-unsafe fn look_up(table: *const f32, len: usize, index: __m512i) -> __m512 {
+unsafe fn look_up<const T: usize>(tables: [*const f32; T], len: usize, index: __m512i) -> [__m512; T] {
     // An empty table is last among the lengths.
     let last = len.wrapping_sub(1);
     // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is not loaded
     // beyond its end, and a long one is no longer than an index of the processor's gather reaches.
     unsafe {
         let index = _mm512_min_epu32(index, _mm512_set1_epi32(last as i32));
+        let mut found = [_mm512_setzero_ps(); T];
+        let mut i = 0;
         if last < N {
-            _mm512_permutexvar_ps(index, _mm512_maskz_loadu_ps(up_to(last as i32), table))
+            let there = up_to(last as i32);
+            while i < T {
+                found[i] = _mm512_permutexvar_ps(index, _mm512_maskz_loadu_ps(there, tables[i]));
+                i += 1;
+            }
         } else if last < i32::MAX as usize {
-            _mm512_i32gather_ps::<4>(index, table)
+            while i < T {
+                found[i] = _mm512_i32gather_ps::<4>(index, tables[i]);
+                i += 1;
+            }
         } else {
             no_table(len)
         }
+        found
     }
 }
 
@@ -210,8 +221,25 @@ impl Float for Float16 {
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uint16) -> Self {
-        // As for integers.
-        Float16(unsafe { look_up(table.as_ptr(), table.len(), index.0) })
+        let [found] = Self::gather_all([table], index);
+        found
+    }
+    #[inline(always)]
+    fn gather_all<const T: usize>(tables: [&[f32]; T], index: Uint16) -> [Self; T] {
+        let (mut starts, mut len, mut i) = ([std::ptr::null(); T], usize::MAX, 0);
+        while i < T {
+            (starts[i], len) =
+                (tables[i].as_ptr(), if tables[i].len() < len { tables[i].len() } else { len });
+            i += 1;
+        }
+        // SAFETY: `len` is the least length, so each slice holds at least that many values.
+        let found = unsafe { look_up(starts, len, index.0) };
+        let (mut all, mut i) = ([Self::zero(); T], 0);
+        while i < T {
+            all[i] = Float16(found[i]);
+            i += 1;
+        }
+        all
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -66,8 +66,21 @@ macro_rules! number {
 }
 pub(crate) use number;
 
-/// The common methods of `Mask`, `Uint` and `Float` for all lanes, for their `impl` blocks.
+/// The common methods of `Mask`, `Uint` and `Float` for all lanes, for their `impl` blocks. `gathers` is for lanes that
+/// look up tables one after the other.
 macro_rules! for_lanes {
+    (gathers) => {
+        #[inline(always)]
+        fn gather_all<const T: usize>(tables: [&[f32]; T], index: Self::Uint) -> [Self; T] {
+            let mut all = [Self::zero(); T];
+            let mut i = 0;
+            while i < T {
+                all[i] = Self::gather(tables[i], index);
+                i += 1;
+            }
+            all
+        }
+    };
     (mask) => {
         #[inline(always)]
         fn first(self) -> bool {

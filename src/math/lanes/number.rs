@@ -106,6 +106,10 @@ pub trait Float:
     /// `table[index]` for each lane; an index past the end reads the last entry on lanes, and anything in recorded
     /// programs. The table is not empty and has at most `i32::MAX` entries.
     fn gather(table: &[f32], index: Self::Uint) -> Self;
+    /// [`Self::gather`] from several tables of equal length at the same index.
+    fn gather_all<const T: usize>(tables: [&[f32]; T], index: Self::Uint) -> [Self; T] {
+        tables.map(|table| Self::gather(table, index))
+    }
     /// The correctly rounded square root.
     fn sqrt(self) -> Self;
     /// The magnitude: clears the sign bit.

@@ -215,6 +215,7 @@ impl<const N: usize> Float for Floats<N> {
     fn to_uint(self) -> Uints<N> {
         Uints(from_fn(|i| self.0[i] as i32 as u32))
     }
+    for_lanes!(gathers);
     for_lanes!(float);
 }
 

@@ -157,6 +157,7 @@ impl Float for f32 {
     fn to_uint(self) -> Wrapping {
         Wrapping(self as u32)
     }
+    for_lanes!(gathers);
     for_lanes!(float);
 }
 

@@ -312,6 +312,7 @@ impl<const M: usize> Float for Floats<M> {
     fn to_uint(self) -> Uints<M> {
         registers!(Uints, |r| unsafe { _mm_cvttps_epi32(self.0[r]) })
     }
+    for_lanes!(gathers);
     for_lanes!(float);
 }
 

@@ -306,6 +306,7 @@ impl Kernel for Gathers {
         for len in [1_u32, 2, 5, 7, 8, 9, 15, 16, 17, 1000] {
             let words: Vec<u32> = (0..len).map(|i| i.wrapping_mul(0x9e37_79b9) ^ 0x7fc0_0001).collect();
             let floats: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
+            let negated: Vec<f32> = words.iter().map(|&w| f32::from_bits(w ^ 0x8000_0000)).collect();
             let mut indices: Vec<u32> = (0..len).rev().collect();
             indices.extend([len, len + 1, 0x7fff_ffff, 0x8000_0000, u32::MAX - 1, u32::MAX]);
             for chunk in indices.chunks(F::LANES) {
@@ -315,6 +316,14 @@ impl Kernel for Gathers {
                 let (mut a, mut b) = ([0; MAX_LANES], [0; MAX_LANES]);
                 F::Uint::gather(&words, index).store(&mut a);
                 F::gather(&floats, index).to_bits().store(&mut b);
+                // Several tables at once: one that differs, and the same one.
+                let [negated, same] = F::gather_all([&negated, &floats], index);
+                let (mut c, mut d) = ([0; MAX_LANES], [0; MAX_LANES]);
+                negated.to_bits().store(&mut c);
+                same.to_bits().store(&mut d);
+                for lane in 0..F::LANES {
+                    assert_eq!([c[lane], d[lane]], [b[lane] ^ 0x8000_0000, b[lane]], "{} lanes", F::LANES);
+                }
                 all.extend((0..chunk.len()).map(|lane| [a[lane], b[lane]]));
             }
         }

@@ -1,14 +1,15 @@
-//! What a reader of scene files may be told.
+//! Options of readers of scene files.
 
-/// What a reader of scene files may be told. The default is what a file says by itself.
+/// Options of readers of scene files. By default, a file is read without changes, and may name files in its own folder
+/// only.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Names and values of the variables of a file, instead of its own.
+    /// Values of variables of the file, by name. They replace the file's own values.
     pub defines: Vec<(String, String)>,
-    /// The name of the camera, where a file has several; otherwise it is the first.
+    /// The name of the camera. The default is the first one.
     pub camera: Option<String>,
-    /// Whether something without a counterpart is an error, and not a warning.
+    /// Whether parts without a counterpart are errors instead of warnings.
     pub strict: bool,
-    /// Whether a scene may name files outside of its folder.
+    /// Whether a scene may refer to files outside its folder.
     pub allow_outside: bool,
 }

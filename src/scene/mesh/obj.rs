@@ -236,7 +236,7 @@ impl Columns {
         }
         let given_uv = uv.checked_sub(1).map(|i| self.uv[i as usize]);
         let given_normal = normal.checked_sub(1).map(|i| self.normals[i as usize]);
-        let number = parts.vertex(part, self.positions[position as usize], given_normal, given_uv);
+        let number = parts.vertex(part, self.positions[position as usize], given_normal, [given_uv, None]);
         // An unlimited chain would take quadratic time.
         if length >= LONGEST_CHAIN {
             self.others.insert(key, number);

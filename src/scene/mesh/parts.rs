@@ -15,9 +15,9 @@ const MOST_NAMES: usize = 100;
 struct Part {
     name: String,
     mesh: Mesh,
-    /// The numbers of vertices with a normal, and with uv.
+    /// The numbers of vertices with a normal, and with uv of each set.
     with_normal: usize,
-    with_uv: usize,
+    with_uv: [usize; 2],
 }
 
 /// The meshes of a file while it is read.
@@ -66,13 +66,13 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// Adds a vertex to a part and returns its index there.
+    /// Adds a vertex, with uv of up to two sets, to a part and returns its index there.
     pub(super) fn vertex(
         &mut self,
         part: usize,
         position: [f32; 3],
         normal: Option<[f32; 3]>,
-        uv: Option<[f32; 2]>,
+        uv: [Option<[f32; 2]>; 2],
     ) -> u32 {
         let Part { mesh, with_normal, with_uv, .. } = &mut self.parts[part];
         let number = mesh.positions.len();
@@ -83,12 +83,14 @@ impl<'a> Parts<'a> {
             mesh.normals.resize(number, [0.0; 3]);
             mesh.normals.push(normal.unwrap_or_default());
         }
-        *with_uv += usize::from(uv.is_some());
-        // uv are used only if all vertices have them.
-        if *with_uv == number + 1 {
-            mesh.uv.push(uv.unwrap_or_default());
-        } else {
-            mesh.uv = Vec::new();
+        for ((column, with), uv) in [&mut mesh.uv, &mut mesh.second_uv].into_iter().zip(with_uv).zip(uv) {
+            *with += usize::from(uv.is_some());
+            // uv are used only if all vertices have them.
+            if *with == number + 1 {
+                column.push(uv.unwrap_or_default());
+            } else {
+                *column = Vec::new();
+            }
         }
         number as u32
     }
@@ -140,8 +142,10 @@ impl<'a> Parts<'a> {
                 "" => format!("vertex {vertex}"),
                 name => format!("vertex {vertex} of {name:?}"),
             });
-            if part.with_uv > 0 && part.mesh.uv.is_empty() {
-                self.notes.add("uv are ignored in parts where some vertices have none", None);
+            for (with, uv) in part.with_uv.into_iter().zip([&part.mesh.uv, &part.mesh.second_uv]) {
+                if with > 0 && uv.is_empty() {
+                    self.notes.add("uv are ignored in parts where some vertices have none", None);
+                }
             }
             let used = used(&mut part.mesh);
             part.mesh.check().map_err(|error| error.to_string())?;
@@ -195,11 +199,13 @@ fn repair(mesh: &mut Mesh, notes: &mut Notes, name: impl Fn(usize) -> String) {
             [0.0; 3]
         });
     }
-    for (i, of_vertex) in mesh.uv.iter_mut().enumerate() {
-        *of_vertex = uv(*of_vertex).unwrap_or_else(|| {
-            notes.add(NO_UV, Some(FilePosition::Item(name(i))));
-            [0.0; 2]
-        });
+    for column in [&mut mesh.uv, &mut mesh.second_uv] {
+        for (i, of_vertex) in column.iter_mut().enumerate() {
+            *of_vertex = uv(*of_vertex).unwrap_or_else(|| {
+                notes.add(NO_UV, Some(FilePosition::Item(name(i))));
+                [0.0; 2]
+            });
+        }
     }
 }
 
@@ -237,6 +243,7 @@ fn drop_unused(mesh: &mut Mesh, used: &[bool]) {
     retain(&mut mesh.positions, used);
     retain(&mut mesh.normals, used);
     retain(&mut mesh.uv, used);
+    retain(&mut mesh.second_uv, used);
 }
 
 /// Removes the unused entries of a column.

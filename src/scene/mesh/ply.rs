@@ -107,7 +107,8 @@ fn note_unknown(parts: &mut Parts<'_>, elements: &[Element]) {
                 b"vertex" => {
                     let single = [b"x", b"y", b"z"].iter().any(|name| is_first(&[&name[..]]));
                     let normal = NORMAL.iter().any(|name| is_first(&[name]));
-                    single || normal || is_first(&U) || is_first(&V) || is_colour(name)
+                    let second_uv = SECOND_UV.iter().any(|name| is_first(&[name]));
+                    single || normal || second_uv || is_first(&U) || is_first(&V) || is_colour(name)
                 }
                 b"face" => is_first(&VERTEX_INDICES) || is_colour(name) || name == b"texcoord",
                 b"tristrips" => is_first(&VERTEX_INDICES),
@@ -132,6 +133,9 @@ const NORMAL: [&[u8]; 3] = [b"nx", b"ny", b"nz"];
 /// The names of the two coordinates of uv.
 const U: [&[u8]; 4] = [b"u", b"s", b"texture_u", b"texture_s"];
 const V: [&[u8]; 4] = [b"v", b"t", b"texture_v", b"texture_t"];
+
+/// The names of the two coordinates of the second set of uv, as the writer of scenes gives them.
+const SECOND_UV: [&[u8]; 2] = [b"u1", b"v1"];
 
 /// The names of a list of corners.
 const VERTEX_INDICES: [&[u8]; 2] = [b"vertex_indices", b"vertex_index"];
@@ -165,12 +169,13 @@ fn vertices<R: BufRead>(
         [Some(x), Some(y), Some(z)] => Some([x, y, z]),
         _ => None,
     };
-    let (u, v) = (element.find(&U), element.find(&V));
+    let [u, v, second_u, second_v] =
+        [element.find(&U), element.find(&V), find(SECOND_UV[0]), find(SECOND_UV[1])];
     if normal.is_none() && given_normal.iter().any(Option::is_some) {
         let message = "normals with fewer than three coordinates are left out";
         parts.note_several(message, element.count, element.place.clone());
     }
-    if u.is_some() != v.is_some() {
+    if u.is_some() != v.is_some() || second_u.is_some() != second_v.is_some() {
         let message = "uv with a single coordinate are left out";
         parts.note_several(message, element.count, element.place.clone());
     }
@@ -185,22 +190,24 @@ fn vertices<R: BufRead>(
         let get = |i: usize| rows.scalars[i] as f32;
         let place = || Some(FilePosition::Item(format!("vertex {vertex} (counted from 0)")));
         let given_normal = normal.map(|n| n.map(get)).map(parts::normal);
-        let given_uv = u.zip(v).map(|(u, v)| parts::uv([get(u), get(v)]));
+        let [given_uv, given_second] =
+            [u.zip(v), second_u.zip(second_v)].map(|both| both.map(|(u, v)| parts::uv([get(u), get(v)])));
         let mesh = parts.mesh(part);
         mesh.positions.push([get(x), get(y), get(z)]);
         mesh.normals.extend(given_normal.map(Option::unwrap_or_default));
         mesh.uv.extend(given_uv.map(Option::unwrap_or_default));
+        mesh.second_uv.extend(given_second.map(Option::unwrap_or_default));
         if given_normal == Some(None) {
             parts.note(parts::NO_NORMAL, place());
         }
-        if given_uv == Some(None) {
+        if given_uv == Some(None) || given_second == Some(None) {
             parts.note(parts::NO_UV, place());
         }
     }
     // An element of this name may occur twice.
     let mesh = parts.mesh(part);
     let vertices = mesh.positions.len();
-    if [mesh.normals.len(), mesh.uv.len()].iter().any(|&n| n != 0 && n != vertices) {
+    if [mesh.normals.len(), mesh.uv.len(), mesh.second_uv.len()].iter().any(|&n| n != 0 && n != vertices) {
         return Err(source.whole("only some of its vertices have normals or uv"));
     }
     Ok(())

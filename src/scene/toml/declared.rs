@@ -397,7 +397,6 @@ mod tests {
             ("quad", "v"),
             ("cylinder", "to"),
             ("box", "max"),
-            ("image", "uv_set"),
             ("modifiers", "normal_scale"),
         ] {
             assert!(found.contains(&known), "nothing was found about {known:?}");

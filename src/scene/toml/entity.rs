@@ -20,7 +20,6 @@ use crate::scene::groups::PLANE;
 use crate::scene::mesh::FileMaterial;
 use crate::scene::names::Names;
 use crate::scene::spelling::quote;
-use crate::shape::Piece;
 
 /// An entity with the name of its material. Shape and material are read separately, so that an error in one does not
 /// hide an error in the other.
@@ -58,7 +57,7 @@ static EMISSION: Key<ColourOr> = Key::default(
     "emission",
     ColourOr(RADIANCE),
     "[0, 0, 0]",
-    "Radiance emitted on the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Textured quads and boxes are sampled in proportion to the texture. Paths find the textured emission of other shapes by chance only. Emission ignores mipmaps.",
+    "Radiance emitted on the outward side, in W/(m² sr): red, green, blue, or the name of a texture. It is sampled in proportion to the texture; triangles of a mesh are chosen by its mean over each, and sampled uniformly. Planes, and round shapes in instances that rotate or deform them, are found by chance. Emission ignores mipmaps.",
 );
 static POWER: Key<At<value::Colour>> = Key::optional(
     "power",
@@ -109,12 +108,6 @@ fn area(shape: &Shape) -> f64 {
         return mesh.triangles.iter().map(|&triangle| of_triangle(triangle)).sum();
     }
     shape.pieces().iter().map(|piece| f64::from(piece.surface().area)).sum()
-}
-
-/// Whether a shape with textured emission is not sampled, although it would be with a constant emission.
-fn is_found_by_chance(shape: &Shape) -> bool {
-    matches!(shape, Shape::Mesh { .. })
-        || shape.pieces().iter().any(|piece| !matches!(piece, Piece::Quad(_) | Piece::Plane(_)))
 }
 
 /// The radiance of a Lambertian emitter with a given power and area: Φ = π·A·L.
@@ -211,14 +204,6 @@ pub(super) fn link_entities(
                 Emission::Radiance(ColourOrName::Colour(radiance)) => (radiance, None),
                 Emission::Radiance(ColourOrName::Name(name)) => {
                     let texture = textures.find(&name, diagnostics)?;
-                    if parts.iter().any(|part| is_found_by_chance(&part.shape)) {
-                        let message = "with textured emission, only quads and boxes are sampled as lights";
-                        diagnostics.warn(
-                            Some(name.at),
-                            message,
-                            "paths find the emission of other shapes by chance",
-                        );
-                    }
                     ([0.0; 3], Some(texture))
                 }
                 Emission::Power(power) if transform.is_some() => {

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! A group has the tables of the scene that describe surfaces: entities, in its own space, and instances of other groups.
-//! It is kept once, however often it stands somewhere. What is unbounded, a plane, is in no group.
+//! It is stored once, whatever the number of its instances. It cannot contain a plane, which is unbounded.
 
 use std::collections::HashMap;
 
@@ -55,7 +55,7 @@ static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
     "entities",
     ListOf(Block { table: &ENTITY_TABLE, build: entity }),
     "[]",
-    "The surfaces of the group, in its own space. An emissive mesh, quad or box is sampled as a light in every instance. Another emissive shape is sampled if all instances scale it uniformly and, for a material with uv, do not rotate it. Paths find other emission by chance only.",
+    "The surfaces of the group, in its own space. An emissive mesh, quad or box is sampled as a light in every instance. Another emissive shape is sampled if all instances scale it uniformly and, for a material or an emission with uv, do not rotate it. Paths find other emission by chance only.",
 );
 static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
     "instances",
@@ -281,11 +281,9 @@ pub(super) fn warn_of_chance(scene: &Scene, places: &[usize], diagnostics: &mut 
     }
     let written = scene.written_out(&scene.group_places());
     for (i, entity) in scene.entities.iter().enumerate() {
-        // There are other warnings about textured emission.
-        let emits = entity.emission.iter().any(|&channel| channel > 0.0);
-        if entity.within.is_some() && emits && !written[i] {
+        if entity.within.is_some() && entity.emits() && !written[i] {
             let message = format!(
-                "{} emits, but its instance scales it unevenly or rotates its textured material: it is not sampled as a light",
+                "{} emits, but its instance scales it unevenly or rotates its texture: it is not sampled as a light",
                 quote(&entity.name)
             );
             diagnostics.warn(Some(places[i]), message, "paths find its emission by chance");

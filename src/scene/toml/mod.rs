@@ -21,7 +21,7 @@
 //! Reading continues after an error, so that all errors of a file are reported together. An unreadable value is a
 //! `report::Reported`, which only reporting an error creates: no error path yields a scene.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
@@ -32,7 +32,6 @@ use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use super::fingerprint::Sources;
 use super::images::ImageCache;
 use super::mesh::cache::{MeshCache, Watch};
-use super::spelling;
 use form::{Value, ValueForm};
 use report::Diagnostics;
 
@@ -78,7 +77,7 @@ pub struct Loaded {
 }
 
 /// Reads the scene file at `path`, with progress of reading the files that it refers to.
-pub fn load_watched(path: &Path, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
+pub(super) fn load_watched(path: &Path, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
     let bytes = read_file(path)?;
     let text = decode(path, &bytes)?;
     parse_watched(text, path, Some(watch))
@@ -149,20 +148,9 @@ fn dismantle(document: Value<'_>) {
 fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
     let fail = |message: String, help: Option<String>| Err(SceneErrors::one(path, None, message, help));
     let unreadable = |error: &std::io::Error| match error.kind() {
-        ErrorKind::NotFound => fail("there is no such file".into(), similar_file(path)),
         ErrorKind::PermissionDenied => fail("permission to read this file is denied".into(), None),
         _ => fail(format!("cannot be read: {error}"), None),
     };
-    match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => {
-            return fail(
-                "this is a folder".into(),
-                Some("name a scene file, such as cover.toml, in it".into()),
-            );
-        }
-        Ok(_) => {}
-        Err(error) => return unreadable(&error),
-    }
     // Read up to the limit, as pipes and devices have no length.
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes));
@@ -177,26 +165,6 @@ fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
         ),
         Ok(_) => Ok(bytes),
     }
-}
-
-/// A file in the folder of `path` with a similar name.
-fn similar_file(path: &Path) -> Option<String> {
-    let name = path.file_name()?.to_str()?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // A folder may contain millions of files; a hint is not worth reading all of them.
-    let beside: Vec<String> = fs::read_dir(folder)
-        .ok()?
-        .take(1000)
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter(|other| other.ends_with(".toml"))
-        .collect();
-    let with_extension = format!("{name}.toml");
-    let nearest = beside
-        .iter()
-        .find(|other| **other == with_extension)
-        .map(String::as_str)
-        .or_else(|| spelling::nearest(name, beside.iter().map(String::as_str)))?;
-    Some(format!("did you mean {}?", spelling::quote(nearest)))
 }
 
 /// The text of a scene file, which is UTF-8.

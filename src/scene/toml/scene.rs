@@ -12,7 +12,9 @@ use super::textures::{self, TextureNames};
 use super::{camera, film, light, render};
 use crate::scene::check::SceneProblem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
+use crate::scene::mixed_media::mixed_media;
 use crate::scene::open_glass::{Warning, open_glass};
+use crate::scene::second_uv::{self, Lacking, lacking};
 use crate::scene::spelling::quote;
 
 /// The entire file.
@@ -161,13 +163,24 @@ fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Sce
         environment_picture: picture,
     };
     groups::check(&scene, &linked_groups.places, &places, diagnostics)?;
+    check_second_uv(&scene, &places, diagnostics)?;
     let scene = scene.checked().map_err(|problems| complain(&problems, diagnostics))?;
     warn_of_darkness(&scene, diagnostics);
     groups::warn_of_chance(&scene, &places, diagnostics);
-    for Warning { first, message, help } in open_glass(&scene, quote) {
+    let warnings = open_glass(&scene, quote).into_iter().chain(mixed_media(&scene, quote));
+    for Warning { first, message, help } in warnings {
         diagnostics.warn(Some(places[first]), message, help);
     }
     Ok(scene)
+}
+
+/// Reports entities that lack the second set of uv. `places` are their positions in the file.
+fn check_second_uv(scene: &Scene, places: &[usize], diagnostics: &mut Diagnostics<'_>) -> Read<()> {
+    let mut outcome = Ok(());
+    for Lacking { first, message } in lacking(scene) {
+        outcome = Err(diagnostics.error_with(places[first], message, |_| Some(second_uv::HELP.into())));
+    }
+    outcome
 }
 
 /// Reports, with a position, that this reader accepted an invalid scene.

@@ -1,14 +1,13 @@
-//! Scenes as TOML, with meshes and pictures beside them: what is read again gives the same picture to the bit.
+//! Scenes as TOML, with meshes and pictures in files beside them. The written scene renders to the same bits.
 //!
 //! | file | what is in it |
 //! |---|---|
 //! | `words` | numbers, names and vectors |
-//! | `sought` | what has to be written so that the reader makes a given number of it |
+//! | `sought` | numbers whose conversion by the reader gives a certain value |
 //! | `ply` | meshes |
 //! | `tables` | the tables of a file |
 //!
-//! A mesh becomes a file in PLY; a picture is copied as it is. Names of materials and textures are made different from each
-//! other.
+//! A mesh is written as PLY, and a picture is copied. Names of materials and textures are made unique.
 
 mod ply;
 mod sought;
@@ -29,17 +28,17 @@ pub struct Written {
     pub files: Vec<(PathBuf, Contents)>,
 }
 
-/// What is in a file beside a scene's.
+/// The contents of a file beside a scene file.
 #[derive(Debug)]
 pub enum Contents {
     /// A mesh, which is written as PLY.
     Mesh(Arc<Mesh>),
-    /// The same as in another file.
+    /// A copy of the file at this path.
     Copy(PathBuf),
 }
 
 impl Contents {
-    /// Writes it.
+    /// Writes the contents of the file.
     pub fn write(&self, mut out: impl Write) -> io::Result<()> {
         match self {
             Contents::Mesh(mesh) => ply::write(mesh, out),
@@ -48,12 +47,12 @@ impl Contents {
     }
 }
 
-/// A scene as TOML. `folder` is that which the names of its pictures are relative to, and `beside` the folder of its files,
+/// A scene as TOML. The paths of its pictures are relative to `folder`. Its files go to the folder `beside`, which is
 /// relative to the text.
 ///
 /// # Errors
 ///
-/// If a number can be written in no way in which the reader makes the same of it, or a picture is no file.
+/// If no decimal number is read as the same value, or a picture is not from a file.
 pub fn write(scene: &Scene, folder: &Path, beside: &Path) -> Result<Written, String> {
     let mut files = Vec::new();
     let pictures = pictures(scene, folder, beside, &mut files)?;
@@ -62,13 +61,13 @@ pub fn write(scene: &Scene, folder: &Path, beside: &Path) -> Result<Written, Str
     Ok(Written { text, files })
 }
 
-/// A path as a scene file has it.
+/// A path in a scene file.
 fn shown(path: &Path) -> String {
     let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
     parts.join("/")
 }
 
-/// What each picture is called beside the text.
+/// The path of each picture, relative to the text.
 fn pictures(
     scene: &Scene,
     folder: &Path,
@@ -103,7 +102,7 @@ fn tiles(image: &ImageFile, from: &Path, to: &Path) -> Vec<(PathBuf, PathBuf)> {
     image.tiles.iter().map(|tile| (of(from, tile.number), of(to, tile.number))).collect()
 }
 
-/// What the mesh of each entity is called beside the text, if it has one.
+/// The path of each entity's mesh, relative to the text, if it has one.
 fn meshes(scene: &Scene, beside: &Path, files: &mut Vec<(PathBuf, Contents)>) -> Vec<Option<String>> {
     let mut known: Vec<String> = Vec::new();
     let mut by_address = std::collections::HashMap::new();

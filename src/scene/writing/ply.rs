@@ -1,4 +1,4 @@
-//! Meshes in PLY: little-endian, of 32 bits, which is what meshes are in memory.
+//! Writing of meshes as PLY, in little-endian numbers of 32 bits, the precision of meshes in memory.
 
 use crate::scene::description::Mesh;
 use std::io::{self, Write};
@@ -9,9 +9,10 @@ pub(super) fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
         |names: &[&str]| names.iter().map(|name| format!("property float {name}\n")).collect::<String>();
     let normals = if mesh.normals.is_empty() { String::new() } else { property(&["nx", "ny", "nz"]) };
     let uv = if mesh.uv.is_empty() { String::new() } else { property(&["u", "v"]) };
+    let second_uv = if mesh.second_uv.is_empty() { String::new() } else { property(&["u1", "v1"]) };
     write!(
         out,
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n{}{normals}{uv}element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n{}{normals}{uv}{second_uv}element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.positions.len(),
         property(&["x", "y", "z"]),
         mesh.triangles.len(),
@@ -24,8 +25,10 @@ pub(super) fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
         if let Some(normal) = mesh.normals.get(i) {
             numbers(normal, &mut out)?;
         }
-        if let Some(uv) = mesh.uv.get(i) {
-            numbers(uv, &mut out)?;
+        for uv in [&mesh.uv, &mesh.second_uv] {
+            if let Some(uv) = uv.get(i) {
+                numbers(uv, &mut out)?;
+            }
         }
     }
     for triangle in &mesh.triangles {

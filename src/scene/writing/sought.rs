@@ -1,10 +1,10 @@
-//! What has to be written so that the reader makes a given number of it: it turns degrees into radians, and makes directions
-//! one long.
+//! Numbers whose conversion by the reader gives a certain value: the reader converts degrees to radians, and normalises
+//! directions.
 
 use crate::parameter::unit;
 use glam::DVec3;
 
-/// Degrees that are read as an angle in radians.
+/// An angle in degrees that is read as exactly `radians`.
 pub(super) fn degrees(radians: f64) -> Option<f64> {
     let near = radians.to_degrees();
     let (mut up, mut down) = (near, near);
@@ -17,9 +17,9 @@ pub(super) fn degrees(radians: f64) -> Option<f64> {
     None
 }
 
-/// A vector that is read as a direction.
+/// A vector whose normalisation is exactly `direction`.
 pub(super) fn direction(direction: DVec3) -> Option<DVec3> {
-    // Of another length it is rounded in another way.
+    // Vectors of other lengths round differently.
     let lengths = (0..4096).map(|i| 1.0 + f64::from(i) / 64.0);
     lengths.map(|length| direction * length).find(|vector| unit(*vector) == direction)
 }

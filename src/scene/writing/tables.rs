@@ -1,4 +1,4 @@
-//! The tables of a file.
+//! The tables of a scene file.
 
 use super::sought;
 use super::words::{different, list, number, quoted};
@@ -10,7 +10,7 @@ use crate::scene::description::{
 use glam::{DAffine3, DVec3};
 use std::fmt::Write;
 
-/// What names stand for.
+/// The names by which tables refer to each other.
 struct Names<'a> {
     materials: Vec<String>,
     textures: Vec<String>,
@@ -18,7 +18,7 @@ struct Names<'a> {
     groups: Vec<String>,
 }
 
-/// A line of a table. Writing to a string cannot fail.
+/// Writes a line of a table. Writing to a string cannot fail.
 fn line(text: &mut String, key: &str, value: impl std::fmt::Display) {
     let _ = writeln!(text, "{key} = {value}");
 }
@@ -90,25 +90,28 @@ fn environment(picture: &EnvironmentPicture, names: &Names<'_>, text: &mut Strin
     line(text, "file", quoted(&names.pictures[picture.file.0]));
     line(text, "scale", list(&picture.scale));
     let degrees = sought::degrees(picture.rotate);
-    let degrees =
-        degrees.ok_or("the turn of the environment can be written in no way that is read as it is")?;
+    let degrees = degrees.ok_or(
+        "rotate of the environment cannot be written as decimal numbers that are read as the same value",
+    )?;
     line(text, "rotate", number(degrees));
     let up = sought::direction(picture.up);
-    let up = up.ok_or("up of the environment can be written in no way that is read as it is")?;
+    let up = up.ok_or(
+        "up of the environment cannot be written as decimal numbers that are read as the same value",
+    )?;
     line(text, "up", list(&up.to_array()));
     Ok(())
 }
 
-/// What a material has besides its own parameters, where that is not what every material has.
+/// The lines of a material's modifiers that differ from their defaults.
 fn modifiers(own: &Modifiers, textured: &[Textured], names: &Names<'_>) -> Result<Vec<String>, String> {
     let usual = parameters(&Modifiers::default(), &[], names)?;
     let all = parameters(own, textured, names)?;
-    // The first is the type, which they have not.
+    // The first line is the type, which modifiers do not have.
     Ok(all.into_iter().skip(1).filter(|line| !usual.contains(line)).collect())
 }
 
 impl Names<'_> {
-    /// The beginning of a header of what is within a group, or in the world.
+    /// The prefix of the headers of entities in a group; empty for the world.
     fn within(&self, group: Option<usize>) -> String {
         group.map_or_else(String::new, |group| format!("groups.{}.", quoted(&self.groups[group])))
     }
@@ -150,7 +153,7 @@ fn camera(camera: &CameraSettings, text: &mut String) -> Result<(), String> {
     let direction = |name: &str, direction: DVec3| {
         let found = sought::direction(direction);
         found.ok_or_else(|| {
-            format!("the {name} of the camera, {direction}, can be written in no way that is read as it is")
+            format!("the {name} of the camera, {direction}, cannot be written as decimal numbers that are read as the same value")
         })
     };
     line(text, "eye", list(&camera.eye.to_array()));
@@ -163,8 +166,9 @@ fn camera(camera: &CameraSettings, text: &mut String) -> Result<(), String> {
         }
         None => {
             let degrees = sought::degrees(camera.vertical_fov);
-            let degrees =
-                degrees.ok_or("the field of view can be written in no way that is read as it is")?;
+            let degrees = degrees.ok_or(
+                "the field of view cannot be written as decimal numbers that are read as the same value",
+            )?;
             line(text, "vertical_fov", number(degrees));
         }
     }
@@ -191,7 +195,7 @@ fn render(render: &RenderSettings, text: &mut String) {
     }
 }
 
-/// The type of a member of a family and all its parameters, some of which are textures: "key = value" each.
+/// The lines `key = value` of the type and of all parameters, some of which are textures.
 fn parameters<F: Family>(
     member: &F,
     textured: &[Textured],
@@ -221,8 +225,11 @@ fn parameters<F: Family>(
             Value::Colour(colour) => list(&colour),
             Value::Vector(vector) if matches!(parameter.kind, ParameterKind::Direction(_)) => {
                 let found = sought::direction(vector);
-                let unwritable =
-                    || format!("{name}, {vector}, can be written in no way that is read as it is");
+                let unwritable = || {
+                    format!(
+                        "{name}, {vector}, cannot be written as decimal numbers that are read as the same value"
+                    )
+                };
                 list(&found.ok_or_else(unwritable)?.to_array())
             }
             Value::Vector(vector) => list(&vector.to_array()),

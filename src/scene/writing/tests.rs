@@ -102,3 +102,32 @@ fn a_picture_that_is_no_file_is_an_error() {
     let error = write(&scene, Path::new("/none"), Path::new("files")).unwrap_err();
     assert_eq!(error, "/none/nowhere.png is not a file: its picture cannot be copied");
 }
+
+#[test]
+fn both_sets_of_uv_are_written_and_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let properties = ["x", "y", "z", "u", "v", "u1", "v1"].map(|name| format!("property float {name}\n"));
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\n{}element face 1\nproperty list uchar int vertex_indices\n\
+         end_header\n0 0 0 0.1 0.2 0.5 2\n1 0 0 0.3 0.4 -1 0.25\n0 1 0 0.5 0.6 0 1\n3 0 1 2\n",
+        properties.concat()
+    );
+    fs::write(folder.path().join("a.ply"), ply).expect("written");
+    let text = r#"
+        [materials.white]
+        type = "matte"
+        reflectance = [0.8, 0.8, 0.8]
+        [[entities]]
+        shape = { type = "mesh", file = "a.ply" }
+        material = "white"
+        emission = [1, 1, 1]
+    "#;
+    let scene = parse(text, &folder.path().join("a.toml")).expect("a scene").scene;
+    let second = |scene: &Scene| match &scene.entities[0].shape {
+        Shape::Mesh { mesh, .. } => mesh.second_uv.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(second(&scene), [[0.5, 2.0], [-1.0, 0.25], [0.0, 1.0]]);
+    let read = again(&scene, folder.path(), &folder.path().join("out"));
+    assert_eq!(in_order(read.scene), in_order(scene));
+}

@@ -2,18 +2,18 @@
 
 use std::collections::HashSet;
 
-/// The fewest digits that are read as the number, as TOML has them.
+/// The shortest decimal number that is read as the same value.
 pub(super) fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// "[1.0, 2.0]".
+/// A list: `[1.0, 2.0]`.
 pub(super) fn list(values: &[f64]) -> String {
     let values: Vec<_> = values.iter().map(|&value| number(value)).collect();
     format!("[{}]", values.join(", "))
 }
 
-/// A text in quotes.
+/// A quoted string.
 pub(super) fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
@@ -26,7 +26,7 @@ pub(super) fn quoted(text: &str) -> String {
     quoted + "\""
 }
 
-/// The names, each different from those before and never empty.
+/// The names, made unique and not empty.
 pub(super) fn different<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut all = Vec::new();

@@ -9,7 +9,7 @@ fn seen(textures: &[TextureKind], images: &[ImageFile], uv: [f32; 2], footprint:
     let mut compiler = Compiler::new(textures, images);
     let root = Wrapping(compiler.root(textures.len() - 1));
     let p = Vec3::<f32>::zero();
-    compiler.finish().value::<f32>(root, Site { p, uv, footprint }).r
+    compiler.finish().value::<f32>(root, Site::new(p, uv, footprint)).r
 }
 
 /// Sixteen columns and eight rows of stripes and spots.

@@ -43,7 +43,7 @@ fn values(textures: &[TextureKind], images: &[ImageFile], at: &[([f32; 2], [f32;
     let root = Wrapping(compiler.root(textures.len() - 1));
     let table = compiler.finish();
     at.iter()
-        .map(|&(uv, p)| table.value::<f32>(root, Site { p: Vec3::splat(p), uv, footprint: 0.0 }).channels())
+        .map(|&(uv, p)| table.value::<f32>(root, Site::new(Vec3::splat(p), uv, 0.0)).channels())
         .collect()
 }
 

@@ -79,7 +79,7 @@ impl Kernel for LookUp<'_> {
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> Vec<[u32; 3]> {
         let uv = [F::load(&self.uv[0]), F::load(&self.uv[1])];
-        let site = Site { p: Vec3::zero(), uv, footprint: F::zero() };
+        let site = Site::new(Vec3::zero(), uv, F::zero());
         let Rgb { r, g, b } = self.table.value::<F>(F::Uint::load(&self.textures), site);
         let mut channels = [[0.0; MAX_LANES]; 3];
         r.store(&mut channels[0]);
@@ -89,35 +89,63 @@ impl Kernel for LookUp<'_> {
     }
 }
 
-/// A picture of floats in all lanes is looked up differently from two pictures in different lanes.
+/// The bits of a texture that is one repeated image: the sum of four texels by weights, computed for one point.
+fn by_texels(table: &TextureTable, texture: u32, uv: [f32; 2]) -> [u32; 3] {
+    let (size, texel) = table.image_texels(texture);
+    let along = |axis: usize| {
+        let (x, count) = (uv[axis], size[axis] as i64);
+        let place = (x - x.floor()) * size[axis] as f32 - 0.5;
+        let share = place - place.floor();
+        let first = place.floor() as i64;
+        [(first, 1.0 - share), (first + 1, share)].map(|(i, weight)| (i.rem_euclid(count) as usize, weight))
+    };
+    let mut sum = [0.0_f32; 3];
+    for (row, of_row) in along(1) {
+        for (column, of_column) in along(0) {
+            let texel = texel(column, row);
+            sum = [0, 1, 2].map(|i| sum[i] + texel[i] * (of_column * of_row));
+        }
+    }
+    sum.map(f32::to_bits)
+}
+
+/// Lanes look up pictures of one format after the other, floats that are encoded as sRGB lane by lane.
 #[test]
-fn a_picture_of_floats_has_the_same_bits_alone_and_with_others() {
+fn lanes_find_the_texels_of_every_format() {
     let mut stream = Stream::new(17, 1, 0);
-    for (depth, channels) in [Depth::Float, Depth::Half].into_iter().flat_map(|d| [(d, 1), (d, 3)]) {
+    let depths = [Depth::Bits8, Depth::Bits16, Depth::Half, Depth::Float];
+    let formats = depths.into_iter().flat_map(|d| [(d, 1), (d, 3)]);
+    for ((depth, channels), space) in formats.flat_map(|f| [(f, ColorSpace::Data), (f, ColorSpace::Srgb)]) {
         let mut number = || match depth {
+            Depth::Bits8 => vec![stream.random::<u8>()],
+            Depth::Bits16 => stream.random::<u16>().to_le_bytes().to_vec(),
             // Finite halves, including subnormal ones.
             Depth::Half => (stream.random::<u16>() & 0xbfff).to_le_bytes().to_vec(),
-            _ => stream.random_range(-1.0..5.0_f32).to_le_bytes().to_vec(),
+            Depth::Float => stream.random_range(-1.0..5.0_f32).to_le_bytes().to_vec(),
         };
         let bytes: Vec<u8> = (0..7 * 5 * channels).flat_map(|_| number()).collect();
-        let images = [file(Picture::new([7, 5], [channels; 2], depth, &bytes)), file(greys(2, &[0.0; 2]))];
-        let textures: [TextureKind; 2] =
-            [plain().into(), ImageTexture { file: ImageIndex(1), ..plain() }.into()];
+        let picture = file(Picture::new([7, 5], [channels; 2], depth, &bytes));
+        let images = [picture, file(greys(2, &[0.5, 2.0]))];
+        let own = ImageTexture { color_space: space, ..plain() };
+        let textures: [TextureKind; 2] = [own.into(), ImageTexture { file: ImageIndex(1), ..plain() }.into()];
         let mut compiler = Compiler::new(&textures, &images);
-        let [floats, other] = [compiler.root(0), compiler.root(1)];
+        let both = [compiler.root(0), compiler.root(1)];
         let table = &compiler.finish();
+        let mut apart = 0;
         for level in Level::available() {
             for _ in 0..50 {
                 let uv = [(); 2].map(|()| [(); MAX_LANES].map(|()| stream.random_range(-1.5..2.5_f32)));
-                let alone = dispatch(level, LookUp { table, textures: [floats; MAX_LANES], uv });
-                let mut textures = [floats; MAX_LANES];
-                textures[1] = other;
-                let beside = dispatch(level, LookUp { table, textures, uv });
-                for lane in (0..alone.len()).filter(|lane| *lane != 1) {
-                    assert_eq!(alone[lane], beside[lane], "{level}, {depth:?}, {channels}, {lane}");
+                let textures = [(); MAX_LANES].map(|()| both[usize::from(stream.random_bool(0.3))]);
+                for (lane, found) in dispatch(level, LookUp { table, textures, uv }).into_iter().enumerate() {
+                    let at = [uv[0][lane], uv[1][lane]];
+                    let expected = by_texels(table, textures[lane], at);
+                    assert_eq!(found, expected, "{level}, {depth:?}, {channels}, {space:?}, {lane}");
+                    apart += u32::from(found != by_texels(table, both[0], at));
                 }
             }
         }
+        // Negative control: the texels of the other picture.
+        assert!(apart > 100, "{apart}");
     }
 }
 

@@ -4,6 +4,7 @@ use super::{SurfacePoint, SurfaceTable};
 use crate::material::UvBasis;
 use crate::math::{Float, Mask, Uint, Vec3, function};
 use crate::world::triangles::FIRST_TRIANGLE;
+use crate::world::triangles::uv::UvSet;
 use std::f32::consts::PI;
 
 /// The smallest sine of θ: closer to the poles of a sphere, gradients are those at this angle.
@@ -14,26 +15,8 @@ impl SurfaceTable {
     #[inline(always)]
     pub fn uv_basis<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> UvBasis<F> {
         let point = *point;
-        function!(F, uv_basis(point, instance), {
-            let [gradient_u, gradient_v] = self.uv_gradients(&point, instance);
-            // Computed from unit vectors, because the lengths of gradients differ by many orders of magnitude.
-            let (of_u, of_v) = (unit_length(gradient_u), unit_length(gradient_v));
-            let none = Vec3::zero();
-            let u = Vec3::select(of_u.gt(F::zero()), gradient_u * of_u, none);
-            let v = Vec3::select(of_v.gt(F::zero()), gradient_v * of_v, none);
-            let turn = u.cross(v).dot(point.n);
-            // Parallel or zero gradients.
-            let is_sound = turn.abs().gt(F::splat(1e-6));
-            let per_turn = (F::splat(1.0) / turn).only(is_sound);
-            UvBasis {
-                gradient_u,
-                gradient_v,
-                along_u: v.cross(point.n) * (per_turn * of_u),
-                along_v: point.n.cross(u) * (per_turn * of_v),
-            }
-        })
+        function!(F, uv_basis(point, instance), { basis_of(self.uv_gradients(&point, instance), point.n) })
     }
-
     /// The gradients of u and of v along surfaces at points.
     #[inline(always)]
     fn uv_gradients<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> [Vec3<F>; 2] {
@@ -44,7 +27,15 @@ impl SurfaceTable {
                 F::fork(
                     on_mesh,
                     #[inline(always)]
-                    || triangles.uv_gradients(self.instances(), point.surface, instance, on_mesh),
+                    || {
+                        triangles.uv_gradients(
+                            UvSet::First,
+                            self.instances(),
+                            point.surface,
+                            instance,
+                            on_mesh,
+                        )
+                    },
                     #[inline(always)]
                     || self.smooth_uv_gradients(point, instance),
                 )
@@ -92,6 +83,26 @@ impl SurfaceTable {
             gradients = self.gradients_of_group(gradients, point.n, instance);
         }
         gradients
+    }
+}
+
+/// The basis with these gradients of uv on a surface with this normal.
+#[inline(always)]
+pub(super) fn basis_of<F: Float>([gradient_u, gradient_v]: [Vec3<F>; 2], n: Vec3<F>) -> UvBasis<F> {
+    // Computed from unit vectors, because the lengths of gradients differ by many orders of magnitude.
+    let (of_u, of_v) = (unit_length(gradient_u), unit_length(gradient_v));
+    let none = Vec3::zero();
+    let u = Vec3::select(of_u.gt(F::zero()), gradient_u * of_u, none);
+    let v = Vec3::select(of_v.gt(F::zero()), gradient_v * of_v, none);
+    let turn = u.cross(v).dot(n);
+    // Parallel or zero gradients.
+    let is_sound = turn.abs().gt(F::splat(1e-6));
+    let per_turn = (F::splat(1.0) / turn).only(is_sound);
+    UvBasis {
+        gradient_u,
+        gradient_v,
+        along_u: v.cross(n) * (per_turn * of_u),
+        along_v: n.cross(u) * (per_turn * of_v),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{SurfacePoint, SurfaceTable};
 use crate::math::{Float, Mask, Uint, Vec3};
 use crate::world::triangles::FIRST_TRIANGLE;
+use crate::world::triangles::uv::UvSet;
 use std::f32::consts::PI;
 
 /// The smallest sine of θ: closer to the poles of a sphere, ratios are those at this angle.
@@ -19,7 +20,15 @@ impl SurfaceTable {
                 F::fork(
                     on_mesh,
                     #[inline(always)]
-                    || triangles.uv_per_area(self.instances(), point.surface, instance, on_mesh),
+                    || {
+                        triangles.uv_per_area(
+                            UvSet::First,
+                            self.instances(),
+                            point.surface,
+                            instance,
+                            on_mesh,
+                        )
+                    },
                     #[inline(always)]
                     || self.smooth_uv_per_area(point, instance),
                 )

@@ -9,7 +9,7 @@ mod compare;
 use super::super::record::{Program, Signature};
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
-use super::gallery::{gallery, groups, interiors, modified, sunny};
+use super::gallery::{gallery, glow, groups, interiors, modified, sunny};
 use super::pictures::shipped;
 use super::probe::library_for;
 use super::watched::Calls;
@@ -51,6 +51,7 @@ fn runs() -> Vec<Scene> {
         scenes::with(groups(24, 16), Integrator::Path, Sampler::Sobol),
         scenes::with(modified(48, 32), Integrator::Path, Sampler::Sobol),
         scenes::with(modified(48, 32), Integrator::Whitted, Sampler::Independent),
+        scenes::with(glow(24, 16), Integrator::Path, Sampler::Sobol),
     ]
 }
 

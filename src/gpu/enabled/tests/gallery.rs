@@ -123,6 +123,13 @@ pub(super) fn modified(width: u32, height: u32) -> Scene {
     scene
 }
 
+/// Shapes of every kind that emit textures, and meshes that use both sets of uv.
+pub(super) fn glow(width: u32, height: u32) -> Scene {
+    let mut scene = scene(width, height, Vec::new(), Vec::new());
+    textured::add_glow(&mut scene);
+    scene
+}
+
 mod textured {
     use crate::parameter::{ImageIndex, Varying};
     use crate::scene::*;

@@ -66,6 +66,7 @@ impl Prepared {
         // Meshes with two copies are shared, however small.
         let (compiled, surfaces) = compile_sharing(scene, width, height, 0).unwrap();
         let world = Arc::new(World::new(&surfaces, AcceleratorChoice::Fastest));
+        let compiled = compiled.with_camera_media(&world);
         let render = RenderSettings { seed, ..scene.render.clone() };
         let offset = film_offset(&scene.film);
         let splatter = Weights::of(&scene.film).map(|weights| Splatter::new(weights, [0, 0]));

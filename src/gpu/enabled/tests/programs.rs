@@ -5,7 +5,7 @@ use super::super::program;
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
 use super::super::variant::ProgramPlan;
-use super::gallery::{gallery, groups, interiors, modified, sunny};
+use super::gallery::{gallery, glow, groups, interiors, modified, sunny};
 use super::pictures::shipped;
 use super::{Prepared, scenes};
 use crate::integrator::Settings;
@@ -51,6 +51,7 @@ fn every_scene_has_a_valid_program_with_unique_functions() {
         interiors(16, 12),
         groups(16, 12),
         modified(16, 12),
+        glow(16, 12),
     ];
     for scene in shipped().into_iter().map(|(_, scene)| scene).chain(others) {
         for integrator in INTEGRATORS {

@@ -70,7 +70,7 @@ fn rays(scale: f64, place: DVec3, count: usize, stream: &mut Stream) -> Vec<[f32
 
 const LINES: &str = "let ray = Ray(float3(0u), float3(3u), 0.0);
     let hit = intersect(ray, true);
-    put_float(0u, hit.t); put(1u, first_met(ray).number); put(2u, u32(occluded(ray, float(6u), true, false)));
+    put_float(0u, hit.t); put(1u, first_hit(ray).number); put(2u, u32(occluded(ray, float(6u), true, false)));
     if hit.t < NOTHING {
         let point = surface_point(ray, hit);
         put_float3(3u, point.p); put_float3(6u, point.n); put_float3(9u, point.shading);

@@ -1,48 +1,69 @@
-//! What a scene is made in: the objects that it is made of, what was made so far, and where from.
+//! The state of a conversion: the objects of the file, the scene so far, and the origin of its parts.
 
 use super::files::Files;
 use super::object::{Document, Object, Tag};
 use super::report::{Place, Read, Reported, Reports};
+use super::serialized;
+use super::shade::Shade;
+use super::spectrum::Of;
 use crate::scene::check::{Part, SceneProblem};
 use crate::scene::description::{
     Entity, Group, Instance, Material, MaterialKind, Mesh, Scene, Texture, TextureKind, Textured,
 };
 use crate::scene::images::{self, ImageCache};
 use crate::scene::mesh::cache::MeshCache;
+use crate::scene::spelling::quote;
 use glam::DAffine3;
-use std::collections::HashMap;
-use std::path::PathBuf;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a scene is made in.
+/// The state of a conversion.
 pub(super) struct Builder<'a, 'w> {
     pub(super) document: &'a Document,
     pub(super) reports: &'a mut Reports,
     files: &'a Files,
     pub(super) scene: Scene,
     pub(super) meshes: MeshCache<'w>,
-    /// Meshes that are made here, of files and otherwise, each once.
+    /// Meshes by their origin, so that each is made once.
     pub(super) made: HashMap<MeshKey, Arc<Mesh>>,
-    /// Whether meshes have a border, by their addresses: they are all kept.
+    /// Mesh files in which no triangle has an area.
+    pub(super) flat: HashSet<PathBuf>,
+    /// Whether a mesh has a border, by the mesh's address. Meshes stay in memory, so addresses are unique.
     pub(super) borders: HashMap<usize, bool>,
     images: ImageCache,
-    /// The materials that were made of objects.
+    /// The serialized meshes that were read.
+    pub(super) serialized: serialized::Cache,
+    /// The number of bytes that meshes other than those in files may still take.
+    pub(super) room: u64,
+    /// The index of the material of each object that was converted.
     pub(super) materials: HashMap<usize, Read<usize>>,
-    /// The same materials with nothing to be seen from behind.
+    /// The materials of shapes without a bsdf: the grey and the black one.
+    pub(super) plain: [Option<usize>; 2],
+    /// Whether each material, or a material that it refers to, depends on uv.
+    pub(super) looks_at_uv: Vec<bool>,
+    /// The index of the variant of each material that is black on the back.
     pub(super) one_sided: HashMap<usize, usize>,
-    /// The textures that were made of objects, by whether square roots of their values are meant.
-    pub(super) textures: HashMap<(usize, bool), usize>,
-    /// The groups that were made of objects, those aside in which there is nothing.
+    /// Whether each bsdf is black on the back.
+    pub(super) are_one_sided: HashMap<usize, bool>,
+    /// The results of converting textures, by their purpose.
+    pub(super) shades: HashMap<Purpose, Read<Shade>>,
+    /// The texture of each object, by the quantity of its colours, and for its values or their square roots. For
+    /// pictures the quantity does not matter.
+    pub(super) textures: HashMap<(usize, Option<Of>, bool), usize>,
+    /// The emission of emitters inside shapes, by the address of the emitter.
+    pub(super) area_lights: HashMap<usize, Read<Emission>>,
+    /// The group of each object that was converted, or none if the group is empty.
     pub(super) groups: HashMap<usize, Read<Option<usize>>>,
-    /// How many shapes were come by so far, those without a counterpart too: `merge` may hold one many times.
+    /// The number of shapes so far, including those without a counterpart. `merge` may refer to a shape many times.
     pub(super) shapes: usize,
-    /// The group in which shapes stand now.
+    /// The group to which shapes are added, or none for the world.
     pub(super) within: Option<usize>,
-    /// Where things come from, in their order.
+    /// The places in the files from which the parts of the scene come, in the scene's order.
     pub(super) places: Places,
 }
 
-/// Where things come from, in their order.
+/// The places in the files from which the parts of the scene come, in the scene's order.
 #[derive(Default)]
 pub(super) struct Places {
     pub(super) film: Place,
@@ -58,14 +79,21 @@ pub(super) struct Places {
     pub(super) lights: Vec<Place>,
 }
 
-/// What makes two meshes the same.
+/// A texture and its purpose: the quantity of its colours, whether their square roots are meant, and the bits of the
+/// default.
+pub(super) type Purpose = (usize, Of, bool, u64);
+
+/// A radiance, or a texture of it.
+pub(super) type Emission = ([f64; 3], Option<usize>);
+
+/// The key by which equal meshes are found.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum MeshKey {
     Cube,
-    /// A file, the number of a mesh in it, whether v runs down in it, and whether its normals are left out.
-    File(PathBuf, usize, bool, bool),
-    /// A file whose normals are computed where it stands in the world.
-    Placed(PathBuf, usize, bool, [u64; 9]),
+    /// A file, the index of a mesh in it, whether its v runs down, and whether its normals are ignored.
+    File(Arc<Path>, usize, bool, bool),
+    /// A mesh whose normals are computed in the world: its file, index, direction of v, and transform.
+    Placed(Arc<Path>, usize, bool, [u64; 9]),
     Ellipse,
 }
 
@@ -84,42 +112,50 @@ impl<'a, 'w> Builder<'a, 'w> {
             shapes: 0,
             meshes,
             made: HashMap::new(),
+            flat: HashSet::new(),
             borders: HashMap::new(),
-            images: ImageCache::new(std::path::Path::new("")),
+            images: ImageCache::new(Path::new("")),
+            serialized: serialized::Cache::default(),
+            room: super::limits::MOST_UNPACKED,
             materials: HashMap::new(),
+            plain: [None; 2],
+            looks_at_uv: Vec::new(),
             one_sided: HashMap::new(),
+            are_one_sided: HashMap::new(),
+            shades: HashMap::new(),
             textures: HashMap::new(),
+            area_lights: HashMap::new(),
             groups: HashMap::new(),
             within: None,
             places: Places::default(),
         }
     }
 
-    /// An object, of which something is made now.
+    /// An object that is being converted.
     pub(super) fn object(&self, index: usize) -> &'a Object {
         let object = &self.document.objects[index];
         object.read.set(true);
         object
     }
 
-    /// The first object of a tag that an object has; what there is of them beyond is reported.
+    /// The first child of an object with a tag. Further ones are reported.
     pub(super) fn child(&mut self, object: &Object, tag: Tag) -> Option<&'a Object> {
         let children = self.document.children(object, tag);
         if let Some(&second) = children.get(1) {
             let place = self.document.objects[second].place;
             let what = format!("a second {} in a {}", tag.word(), object.tag.word());
-            self.reports.lacks(place, what, "the first one counts");
+            self.reports.lacks(place, what, "the first one is used");
         }
         children.first().map(|&first| self.object(first))
     }
 
     /// The file that a property of an object names.
-    pub(super) fn file(&mut self, object: &Object, name: &str) -> Read<PathBuf> {
+    pub(super) fn file(&mut self, object: &Object, name: &str) -> Read<Arc<Path>> {
         match object.text(name, self.reports)? {
             None => Err(self.reports.error(object.place, format!("{} has no {name}", object.what()))),
             Some((file, place)) => {
                 let found = self.files.find(file, &object.folders);
-                found.map_err(|(message, help)| self.reports.error_with(place, message, help))
+                found.map_err(|(message, help)| self.reports.error_with(place, message, || help))
             }
         }
     }
@@ -128,7 +164,7 @@ impl<'a, 'w> Builder<'a, 'w> {
     pub(super) fn image(&mut self, object: &Object, name: &str) -> Read<usize> {
         let path = self.file(object, name)?;
         let place = object.find(name).map_or(object.place, |property| property.place);
-        // Tiles are files that no rule about folders has seen.
+        // Files of tiles are found here, without the check of their folder.
         if path.to_string_lossy().contains("<UDIM>") {
             return Err(self
                 .reports
@@ -157,12 +193,19 @@ impl<'a, 'w> Builder<'a, 'w> {
             Some(object) => format!("{} {number}", object.plugin),
             None => format!("default {number}"),
         };
-        self.scene.materials.push(Material { name, kind: kind.into(), textures, ..Material::default() });
+        self.push_material(Material { name, kind: kind.into(), textures, ..Material::default() }, place)
+    }
+
+    fn push_material(&mut self, material: Material, place: Place) -> usize {
+        // The materials that it refers to were added before it.
+        let looks_at_uv = self.is_placed_by_uv(&material);
+        self.looks_at_uv.push(looks_at_uv);
+        self.scene.materials.push(material);
         self.places.materials.push(place);
         self.scene.materials.len() - 1
     }
 
-    /// Adds a material that is another one but for a change, and returns its index.
+    /// Adds a modified copy of a material, and returns its index.
     pub(super) fn add_changed(
         &mut self,
         object: &Object,
@@ -176,9 +219,7 @@ impl<'a, 'w> Builder<'a, 'w> {
             id => id.to_owned(),
         };
         change(&mut material);
-        self.scene.materials.push(material);
-        self.places.materials.push(object.place);
-        self.scene.materials.len() - 1
+        self.push_material(material, object.place)
     }
 
     /// Adds a texture, and returns its index.
@@ -186,7 +227,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         let number = self.scene.textures.len() + 1;
         let name = match object.id.as_str() {
             "" => format!("{} {number}", object.plugin),
-            // One object may be several textures.
+            // An object may have several textures.
             id => format!("{id} {number}"),
         };
         self.scene.textures.push(Texture { name, kind: kind.into() });
@@ -194,7 +235,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         self.scene.textures.len() - 1
     }
 
-    /// Adds an entity. Its name is that of its object, or its number.
+    /// Adds an entity. It has the name of its object, or a number.
     pub(super) fn add_entity(&mut self, object: &Object, mut entity: Entity) -> Read<()> {
         if self.scene.entities.len() >= super::limits::MOST_ENTITIES {
             let message = format!("the scene has more than {} shapes", super::limits::MOST_ENTITIES);
@@ -211,7 +252,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         Ok(())
     }
 
-    /// Adds a group, and returns its index. Groups are in the order of their names.
+    /// Adds a group, and returns its index. Groups are sorted by name.
     pub(super) fn add_group(&mut self, object: &Object) -> usize {
         let number = self.scene.groups.len() + 1;
         let id = if object.id.is_empty() { &object.plugin } else { &object.id };
@@ -220,7 +261,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         number - 1
     }
 
-    /// Places a group in the world.
+    /// Adds an instance of a group to the world.
     pub(super) fn add_instance(&mut self, object: &Object, group: usize, transform: DAffine3) {
         let number = self.scene.instances.len() + 1;
         let name =
@@ -229,8 +270,8 @@ impl<'a, 'w> Builder<'a, 'w> {
         self.places.instances.push(object.place);
     }
 
-    /// Puts the entities of the world before those of groups, in the order of these, as a file in TOML has them: lights are
-    /// chosen by their order.
+    /// Sorts entities as a TOML file has them: those of the world, then those of each group. The order determines how
+    /// lights are chosen.
     fn sort_entities(&mut self) {
         let entities = std::mem::take(&mut self.scene.entities);
         let places = std::mem::take(&mut self.places.entities);
@@ -239,22 +280,22 @@ impl<'a, 'w> Builder<'a, 'w> {
         (self.scene.entities, self.places.entities) = placed.into_iter().unzip();
     }
 
-    /// Reports what nobody looked at in objects of which something was made.
+    /// Reports the properties that no code has read, of all objects that were converted.
     pub(super) fn report_unused(&mut self) {
         for object in self.document.objects.iter().filter(|object| object.read.get()) {
-            for property in object.properties.iter().filter(|property| !property.used.get()) {
+            for property in self.document.unused(object) {
                 let what = match &property.value {
                     super::object::Value::Object(index) => {
                         format!("{} in {}", self.document.objects[*index].what(), object.what())
                     }
-                    _ => format!("{:?} of {}", property.name, object.what()),
+                    _ => format!("{} of {}", quote(&property.name), object.what()),
                 };
                 self.reports.lacks(property.place, what, "it is left out");
             }
         }
     }
 
-    /// The scene with its images, if it keeps its promises; what breaks them is told where it comes from.
+    /// Checks the scene and returns it with its images. Errors have the places of the parts that cause them.
     pub(super) fn finish(mut self) -> Read<(Scene, crate::scene::fingerprint::Sources)> {
         self.scene.images = self.images.take();
         self.sort_entities();
@@ -268,12 +309,15 @@ impl<'a, 'w> Builder<'a, 'w> {
                     let reported: Reported = self.reports.error(place, format!("{part}: {message}"));
                     outcome = Some(reported);
                 }
-                outcome.map_or_else(|| Err(self.reports.error(Place::default(), "no scene came of it")), Err)
+                outcome.map_or_else(
+                    || Err(self.reports.error(Place::default(), "the scene could not be converted")),
+                    Err,
+                )
             }
         }
     }
 
-    /// The meshes of files, and what those are called.
+    /// The meshes from files, and their names in messages.
     fn sources(&self) -> crate::scene::fingerprint::Sources {
         let mut sources = self.meshes.sources();
         for (key, mesh) in &self.made {

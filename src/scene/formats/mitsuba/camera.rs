@@ -8,12 +8,11 @@ use crate::scene::description::{CameraSettings, Filter, LONGEST_SIDE, Sampler};
 use crate::scene::spelling::{instead, quote};
 use glam::DVec3;
 
-/// The width and the height of a film, and the part of it that is rendered, if it is not the whole.
+/// Width and height of a film, and the rendered region unless it is the whole film.
 pub(super) type Crop = Option<[u32; 4]>;
 
 impl Builder<'_, '_> {
-    /// Reads the camera of a name, or the first one, with its film and sampler. Returns the part of the film that is
-    /// rendered.
+    /// Reads the camera with a name, or the first one, with its film and sampler. Returns the rendered region.
     pub(super) fn sensor(&mut self, name: Option<&str>) -> Read<Crop> {
         let scene = self.object(0);
         let sensors = self.document.children(scene, Tag::Sensor);
@@ -29,7 +28,7 @@ impl Builder<'_, '_> {
                         .filter(|id| !id.is_empty())
                         .collect();
                     let message = format!("no sensor has the id {}", quote(name));
-                    let help = instead(name, ids.iter().copied());
+                    let help = || instead(name, ids.iter().copied());
                     return Err(self.reports.error_with(scene.place, message, help));
                 }
             },
@@ -45,9 +44,9 @@ impl Builder<'_, '_> {
             self.sampler(sampler)?;
         }
         sensor.ignore(&["shutter_open", "shutter_close"]);
-        for medium in self.document.children(sensor, Tag::Medium) {
+        for &medium in self.document.children(sensor, Tag::Medium) {
             let medium = &self.document.objects[medium];
-            self.reports.lacks(medium.place, medium.what(), "there is nothing in its place");
+            self.reports.lacks(medium.place, medium.what(), "it is left out");
         }
         let crop = crop?;
         match sensor.plugin.as_str() {
@@ -57,7 +56,7 @@ impl Builder<'_, '_> {
                 return Err(self.reports.error_with(
                     sensor.place,
                     format!("{what} has no counterpart"),
-                    Some("perspective, thinlens and orthographic have one".into()),
+                    || Some("use perspective, thinlens or orthographic".into()),
                 ));
             }
         }
@@ -80,7 +79,7 @@ impl Builder<'_, '_> {
         };
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| to_world.transform_vector3(axis));
         if to_world.matrix3.determinant() <= 0.0 {
-            let what = "a to_world of a sensor that mirrors";
+            let what = "a to_world of a sensor with a reflection";
             self.reports.lacks(sensor.place, what, "the picture is not mirrored");
         }
         let near = sensor.number("near_clip", 1e-2, self.reports)?;
@@ -98,18 +97,18 @@ impl Builder<'_, '_> {
             }
         }
         if is_parallel {
-            // The film is as wide as two units of the camera's space.
+            // The film is two units of the camera's space wide.
             sensor.ignore(&["focus_distance", "far_clip"]);
             if (x.length() - y.length()).abs() > 1e-4 * x.length() {
                 let what = "a to_world of an orthographic sensor that scales x and y differently";
                 self.reports.lacks(sensor.place, what, "its pixels are square");
             }
-            // Lengths along the direction of view are scaled, too.
+            // The transform also scales lengths along the direction of view.
             camera.near = near * z.length();
             camera.orthographic_height = Some(2.0 * x.length() / aspect);
         } else {
             camera.vertical_fov = self.vertical_fov(sensor, aspect)?;
-            // A pinhole is sharp everywhere.
+            // A pinhole camera has no focus distance.
             let focus_distance = sensor.number("focus_distance", far, self.reports)?;
             if sensor.plugin == "thinlens" {
                 camera.aperture_radius = sensor.number("aperture_radius", f64::NAN, self.reports)?;
@@ -124,7 +123,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// The angle between the top and the bottom of the picture, in radians.
+    /// The angle between the top and the bottom of the image, in radians.
     fn vertical_fov(&mut self, sensor: &Object, aspect: f64) -> Read<f64> {
         let half = |degrees: f64| libm::tan(degrees.to_radians() / 2.0);
         let (fov, axis) = match (sensor.find("fov"), sensor.text("focal_length", self.reports)?) {
@@ -155,7 +154,7 @@ impl Builder<'_, '_> {
                     let message = format!("focal_length must be a length like 50mm, not {}", quote(text));
                     return Err(self.reports.error(place, message));
                 };
-                // Of a film of 36 mm by 24 mm.
+                // Focal lengths are for a film of 36 mm by 24 mm.
                 let diagonal = libm::sqrt(36.0 * 36.0 + 24.0 * 24.0);
                 ((2.0 * libm::atan(diagonal / (2.0 * length))).to_degrees(), "diagonal")
             }
@@ -170,11 +169,12 @@ impl Builder<'_, '_> {
             "y" => half(fov),
             _ => half(fov) / libm::sqrt(1.0 + aspect * aspect),
         };
-        Ok(2.0 * libm::atan(half_height))
+        // What a number of degrees becomes, so that there is one to be written in TOML.
+        Ok((2.0 * libm::atan(half_height)).to_degrees().to_radians())
     }
 
     fn film(&mut self, film: Option<&Object>) -> Read<Crop> {
-        // What there is without one.
+        // The size without a film.
         let (mut width, mut height) = (768, 576);
         let mut crop = None;
         let mut filter = Filter::Gaussian { radius: 2.0, sigma: 0.5 };
@@ -249,10 +249,10 @@ impl Builder<'_, '_> {
         self.scene.render.seed = seed;
         self.scene.render.sampler = match object.plugin.as_str() {
             "independent" => Sampler::Independent,
-            // All others spread their points evenly.
+            // The other samplers are stratified.
             "stratified" | "multijitter" | "orthogonal" | "ldsampler" => Sampler::Sobol,
             _ => {
-                self.reports.lacks(object.place, object.what(), "scrambled Sobol points are taken instead");
+                self.reports.lacks(object.place, object.what(), "scrambled Sobol points are used instead");
                 Sampler::Sobol
             }
         };

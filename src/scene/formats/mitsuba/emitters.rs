@@ -14,7 +14,7 @@ use crate::scene::description::{
 use glam::{DAffine3, DVec3};
 
 impl Builder<'_, '_> {
-    /// Adds what an emitter that is not inside of a shape is.
+    /// Adds the light of an emitter that is not inside a shape.
     pub(super) fn emitter(&mut self, index: usize) -> Read<()> {
         let object = self.object(index);
         object.ignore(&["sampling_weight"]);
@@ -24,11 +24,11 @@ impl Builder<'_, '_> {
             "directional" => self.directional(object),
             "constant" => self.constant(object),
             "envmap" => self.environment_map(object),
-            // Those with ids are named inside of shapes.
+            // An area light with an id is referred to by shapes.
             "area" => {
                 object.read.set(false);
                 if object.id.is_empty() {
-                    return Err(self.reports.error(object.place, "an area light stands inside of a shape"));
+                    return Err(self.reports.error(object.place, "an area light must be inside a shape"));
                 }
                 Ok(())
             }
@@ -45,7 +45,7 @@ impl Builder<'_, '_> {
         self.places.lights.push(object.place);
     }
 
-    /// From a light's space to the world.
+    /// The transform from a light's space to the world.
     fn placement(&mut self, object: &Object) -> Read<DAffine3> {
         match object.transform("to_world", self.reports)? {
             None => Ok(DAffine3::IDENTITY),
@@ -54,7 +54,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// A direction of the world, of length one.
+    /// The unit vector of a direction in the world.
     fn direction(&mut self, object: &Object, direction: DVec3) -> Read<DVec3> {
         let unit = crate::parameter::unit(direction);
         if unit.is_finite() {
@@ -110,11 +110,11 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Whether an environment is there already.
+    /// Whether the scene already has an environment. A second one is reported.
     fn has_environment(&mut self, object: &Object) -> bool {
         let is_second = self.places.has_environment;
         if is_second {
-            self.reports.lacks(object.place, "a second environment", "the first one counts");
+            self.reports.lacks(object.place, "a second environment", "the first one is used");
         }
         self.places.has_environment = true;
         self.places.environment = object.place;
@@ -122,7 +122,7 @@ impl Builder<'_, '_> {
     }
 
     fn constant(&mut self, object: &Object) -> Read<()> {
-        // It is the same all around.
+        // A constant environment does not depend on its orientation.
         object.ignore(&["to_world"]);
         let radiance = self.colour(object, "radiance", 1.0, Of::Light)?;
         if !self.has_environment(object) {
@@ -131,8 +131,8 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// An environment that is a picture: in its space up is y, its middle column is seen along z and the quarter left of it
-    /// along x.
+    /// Adds an environment map. In its space up is y, the middle column is seen along z, and the column a quarter left
+    /// of it along x.
     fn environment_map(&mut self, object: &Object) -> Read<()> {
         object.ignore(&["mis_compensation"]);
         let linear = self.placement(object)?.matrix3;
@@ -148,7 +148,8 @@ impl Builder<'_, '_> {
             let what = "a to_world of emitter \"envmap\" that mirrors or shears";
             self.reports.lacks(object.place, what, "up and the middle column are right");
         }
-        let rotate = turn(up, ahead);
+        // What a number of degrees becomes, so that there is one to be written in TOML.
+        let rotate = turn(up, ahead).to_degrees().to_radians();
         let mut picture = EnvironmentPicture::of(file);
         (picture.scale, picture.rotate, picture.up) = ([scale; 3], rotate, up);
         self.scene.environment_picture = Some(picture);
@@ -156,7 +157,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// Radians about `up` from where an environment's middle column is seen without a rotation to `ahead`.
+/// The rotation about `up`, in radians, that moves the middle column of a stride environment to the direction `ahead`.
 fn turn(up: DVec3, ahead: DVec3) -> f64 {
     let up: [f32; 3] = narrow((up + DVec3::ZERO).to_array());
     let frame = Frame::<f32>::around(Vec3::splat(up));

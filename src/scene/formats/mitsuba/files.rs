@@ -1,25 +1,96 @@
-//! The files that a scene names, and where they are looked for.
+//! The files that a scene refers to, and the folders in which they are searched for.
 
 use crate::scene::spelling::quote;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// Where the files of a scene may be.
+/// The folders in which files are searched for, in order. Lists share their ends, because a million elements may
+/// include a file.
+#[derive(Clone, Debug)]
+pub(super) struct Folders(Arc<List>);
+
+#[derive(Debug)]
+struct List {
+    folder: PathBuf,
+    rest: Option<Folders>,
+    length: usize,
+}
+
+impl Folders {
+    /// The number of folders.
+    pub(super) fn count(&self) -> usize {
+        self.0.length
+    }
+
+    fn address(&self) -> usize {
+        Arc::as_ptr(&self.0).addr()
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &Path> {
+        let lists = std::iter::successors(Some(self), |list| list.0.rest.as_ref());
+        lists.map(|list| list.0.folder.as_path())
+    }
+}
+
+/// A message and a remedy.
+type Refusal = (String, Option<String>);
+
+/// The result of a search for a file.
+type Found = Result<Arc<Path>, Refusal>;
+
+/// The folders that files of a scene may be in, and the files that were found.
 #[derive(Debug)]
 pub(super) struct Files {
-    /// The scene's folder without links in its path; none if it does not exist, and nothing in it can be read.
+    /// The scene's folder, with symbolic links resolved; none if it does not exist, and then no file may be read.
     root: Option<PathBuf>,
     allow_outside: bool,
+    /// Each list, by its first folder and the address of the rest. Equal lists have the same address.
+    lists: RefCell<HashMap<(PathBuf, usize), Folders>>,
+    /// The result of searching for a name in a list of folders.
+    found: RefCell<HashMap<(usize, String), Found>>,
+    /// The first path by which a file was found, by its resolved path and the name in the scene.
+    paths: RefCell<HashMap<(PathBuf, OsString), Arc<Path>>>,
 }
 
 impl Files {
-    /// Those of the scene file at a path.
-    pub(super) fn of(scene: &Path, allow_outside: bool) -> Files {
+    /// The folders of the scene file at a path, and the list with its folder.
+    pub(super) fn of(scene: &Path, allow_outside: bool) -> (Files, Folders) {
         let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Files { root: folder.unwrap_or(Path::new(".")).canonicalize().ok(), allow_outside }
+        let root = folder.unwrap_or(Path::new(".")).canonicalize().ok();
+        let (lists, found, paths) = Default::default();
+        let files = Files { root, allow_outside, lists, found, paths };
+        let own = files.list(folder.unwrap_or(Path::new("")).to_path_buf(), None);
+        (files, own)
     }
 
-    /// The file that a scene calls `name`, in the first of these folders that has it; or a message and a remedy.
-    pub(super) fn find(&self, name: &str, folders: &[PathBuf]) -> Result<PathBuf, (String, Option<String>)> {
+    /// The list with one more folder before it.
+    pub(super) fn before(&self, folder: PathBuf, rest: &Folders) -> Folders {
+        if rest.0.folder == folder { rest.clone() } else { self.list(folder, Some(rest)) }
+    }
+
+    fn list(&self, folder: PathBuf, rest: Option<&Folders>) -> Folders {
+        let length = rest.map_or(0, Folders::count) + 1;
+        let key = (folder.clone(), rest.map_or(0, Folders::address));
+        let made = || Folders(Arc::new(List { folder, rest: rest.cloned(), length }));
+        self.lists.borrow_mut().entry(key).or_insert_with(made).clone()
+    }
+
+    /// The path of the file `name`, from the first of the folders that contains it. If a file has several paths, the
+    /// result is always the same one, so that a path identifies the contents.
+    pub(super) fn find(&self, name: &str, folders: &Folders) -> Result<Arc<Path>, Refusal> {
+        let key = (folders.address(), name.to_owned());
+        if let Some(known) = self.found.borrow().get(&key) {
+            return known.clone();
+        }
+        let found = self.look_for(name, folders);
+        self.found.borrow_mut().insert(key, found.clone());
+        found
+    }
+
+    fn look_for(&self, name: &str, folders: &Folders) -> Result<Arc<Path>, Refusal> {
         let mut candidates = folders.iter().map(|folder| folder.join(name));
         let found = candidates.find_map(|path| {
             let real = path.canonicalize().ok()?;
@@ -32,10 +103,13 @@ impl Files {
         };
         let is_inside = self.root.as_ref().is_some_and(|root| real.starts_with(root));
         if !is_inside && !self.allow_outside {
-            let message = format!("{} is outside of the scene's folder", quote(name));
-            return Err((message, Some("--allow-outside lets it be read".into())));
+            let message = format!("{} is outside the scene's folder", quote(name));
+            return Err((message, Some("use --allow-outside to read it".into())));
         }
-        Ok(path)
+        // The extension is that of the link, not of its target.
+        let called = path.file_name().unwrap_or_default().to_owned();
+        let mut paths = self.paths.borrow_mut();
+        Ok(Arc::clone(paths.entry((real, called)).or_insert_with(|| path.into())))
     }
 }
 
@@ -51,19 +125,40 @@ mod tests {
         for file in ["secret.ply", "scene/meshes/a.ply", "scene/a.ply"] {
             std::fs::write(outer.path().join(file), "").expect("written");
         }
-        let folders = [inner.join("meshes"), inner.clone()];
-        let files = Files::of(&inner.join("a.xml"), false);
-        assert_eq!(files.find("a.ply", &folders), Ok(inner.join("meshes/a.ply")));
-        assert_eq!(files.find("../a.ply", &folders), Ok(inner.join("meshes/../a.ply")));
+        let (files, own) = Files::of(&inner.join("a.xml"), false);
+        let folders = files.before(inner.join("meshes"), &own);
+        let found = |name: &str| files.find(name, &folders).map(|path| path.to_path_buf());
+        assert_eq!(found("a.ply"), Ok(inner.join("meshes/a.ply")));
+        assert_eq!(found("../a.ply"), Ok(inner.join("meshes/../a.ply")));
         let message = |files: &Files, name: &str| files.find(name, &folders).unwrap_err().0;
         let missing = "there is no file \"b.ply\" in the scene's folder, nor where <path> points";
         assert_eq!(message(&files, "b.ply"), missing);
-        let outside = "\"../secret.ply\" is outside of the scene's folder";
+        let outside = "\"../secret.ply\" is outside the scene's folder";
         assert_eq!(message(&files, "../secret.ply"), outside);
         let absolute = outer.path().join("secret.ply");
         assert!(files.find(absolute.to_str().unwrap(), &folders).is_err());
-        let files = Files::of(&inner.join("a.xml"), true);
-        assert!(files.find("../secret.ply", &folders).is_ok());
+        let (files, own) = Files::of(&inner.join("a.xml"), true);
+        assert!(files.find("../secret.ply", &own).is_ok());
+    }
+
+    #[test]
+    fn lists_and_paths_are_each_there_once() {
+        let outer = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(outer.path().join("b")).expect("made");
+        std::fs::write(outer.path().join("a.ply"), "").expect("written");
+        let (files, own) = Files::of(&outer.path().join("a.xml"), false);
+        let below = files.before(outer.path().join("b"), &own);
+        assert_eq!((own.count(), below.count()), (1, 2));
+        assert_eq!(files.before(outer.path().join("b"), &own).address(), below.address());
+        // A folder that is already first is not added again.
+        assert_eq!(files.before(outer.path().join("b"), &below).address(), below.address());
+        assert_ne!(files.before(outer.path().to_path_buf(), &below).address(), own.address());
+        let plain = files.find("a.ply", &own).expect("a file");
+        for (name, folders) in
+            [("./a.ply", &own), ("b/../a.ply", &own), ("../a.ply", &below), ("a.ply", &below)]
+        {
+            assert_eq!(files.find(name, folders).as_ref(), Ok(&plain), "{name}");
+        }
     }
 
     #[cfg(unix)]
@@ -74,7 +169,7 @@ mod tests {
         std::fs::create_dir(&inner).expect("made");
         std::fs::write(outer.path().join("secret.ply"), "").expect("written");
         std::os::unix::fs::symlink(outer.path().join("secret.ply"), inner.join("a.ply")).expect("linked");
-        let found = Files::of(&inner.join("a.xml"), false).find("a.ply", &[inner]);
-        assert_eq!(found.unwrap_err().0, "\"a.ply\" is outside of the scene's folder");
+        let (files, own) = Files::of(&inner.join("a.xml"), false);
+        assert_eq!(files.find("a.ply", &own).unwrap_err().0, "\"a.ply\" is outside the scene's folder");
     }
 }

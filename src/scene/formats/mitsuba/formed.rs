@@ -1,20 +1,20 @@
-//! What shapes and meshes become.
+//! Converted shapes.
 
 use crate::scene::description::{Mesh, Shape};
 use glam::DAffine3;
 use std::sync::Arc;
 
-/// What a shape is, and what is special about it.
+/// A converted shape, and its differences from the original.
 pub(super) struct Formed {
     pub(super) shape: Shape,
-    /// Whether its normal is turned about, in addition to what the file asks for.
+    /// Whether the normal points to the other side than in Mitsuba.
     pub(super) turned: bool,
-    /// Whether it has a border, so that its back can be seen.
+    /// Whether the surface has a border, so that its back may be visible.
     pub(super) is_open: bool,
-    /// The same shape in a space of its own, whose uv are those in Mitsuba, from where it comes to its place, and whether
-    /// it is no such shape otherwise.
+    /// An alternative in a local space, with the uv of Mitsuba: the shape, its transform to the world, and whether it
+    /// is the only conversion that is possible.
     pub(super) local: Option<(Shape, DAffine3, bool)>,
-    /// What its uv differ from those in Mitsuba by, if they do.
+    /// How the uv differ from those of Mitsuba, if they do.
     pub(super) uv: Option<&'static str>,
 }
 

@@ -1,6 +1,6 @@
-//! Indices of refraction by the names that Mitsuba has for them.
+//! Indices of refraction, by their names in Mitsuba.
 
-/// Indices of dielectrics at 589 nm: Hecht, Optics, 4th edition, as Mitsuba's `ior.h` lists them (BSD 3-clause).
+/// Indices of dielectrics at 589 nm from Hecht, Optics, 4th edition, as listed in Mitsuba's `ior.h` (BSD 3-clause).
 static DIELECTRICS: &[(&str, f64)] = &[
     ("vacuum", 1.0),
     ("helium", 1.000036),
@@ -27,9 +27,9 @@ static DIELECTRICS: &[(&str, f64)] = &[
     ("diamond", 2.419),
 ];
 
-/// Complex indices of conductors, eta and k: the spectra that Mitsuba comes with (mitsuba-data, `ior`), which were measured
-/// by various people and collected in Palik, Handbook of Optical Constants of Solids, and at luxpop.com; as the means that
-/// linear Rec. 709 has of a spectrum, of equal energy (see `spectrum`).
+/// Complex indices of conductors: eta and k in linear Rec. 709, converted from the spectra of Mitsuba (mitsuba-data,
+/// `ior`) as colours of equal energy (see `spectrum`). The spectra are measurements collected in Palik, Handbook of
+/// Optical Constants of Solids, and at luxpop.com.
 static CONDUCTORS: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Ag", [0.1553, 0.1167, 0.1384], [4.8284, 3.1222, 2.1469]),
     ("Al", [1.6575, 0.8804, 0.5212], [9.2238, 6.2695, 4.837]),
@@ -104,7 +104,7 @@ static CONDUCTORS: &[(&str, [f64; 3], [f64; 3])] = &[
     ("d-C_palik", [2.7087, 2.3188, 2.2289], [0.0, 0.0, 0.0]),
 ];
 
-/// The index of a dielectric of this name.
+/// The index of a dielectric, by its name.
 pub(super) fn dielectric(name: &str) -> Option<f64> {
     DIELECTRICS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, index)| *index)
 }
@@ -114,9 +114,9 @@ pub(super) fn dielectrics() -> impl Iterator<Item = &'static str> + Clone {
     DIELECTRICS.iter().map(|(name, _)| *name)
 }
 
-/// Eta and k of a conductor of this name; case counts, as in Mitsuba.
+/// Eta and k of a conductor, by its name. Names are case-sensitive, as in Mitsuba.
 pub(super) fn conductor(name: &str) -> Option<[[f64; 3]; 2]> {
-    // A mirror that reflects all.
+    // A mirror that reflects all light.
     if name == "none" {
         return Some([[0.0; 3], [1.0; 3]]);
     }

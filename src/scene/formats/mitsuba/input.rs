@@ -1,13 +1,13 @@
-//! Files of text, and what the parser of XML says about them.
+//! Text files, and errors of the XML parser.
 
-use super::limits::MOST_ELEMENTS;
+use super::limits::{MOST_BYTES, MOST_ELEMENTS};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The text of a file of at most so many bytes.
-pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
+/// The text of a file of at most `most` bytes; `larger` returns the error for a larger one.
+pub(super) fn limited(path: &Path, most: u64, larger: impl FnOnce() -> String) -> Result<Arc<str>, String> {
     if !path.is_file() {
         return Err("this is not a file".into());
     }
@@ -15,12 +15,17 @@ pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
     let read = File::open(path).and_then(|file| file.take(most + 1).read_to_string(&mut text));
     match read {
         Err(error) => Err(format!("cannot be read: {error}")),
-        Ok(_) if text.len() as u64 > most => Err(format!("this file is larger than {most} bytes")),
+        Ok(_) if text.len() as u64 > most => Err(larger()),
         Ok(_) => Ok(text.into()),
     }
 }
 
-/// The byte of a place that the parser of XML tells.
+/// The error for XML files that are too large in all.
+pub(super) fn too_much_xml() -> String {
+    format!("the XML files of this scene are larger than {} MiB", MOST_BYTES >> 20)
+}
+
+/// The byte offset of a position that the XML parser reports.
 pub(super) fn offset(text: &str, at: roxmltree::TextPos) -> usize {
     let line_start = match at.row.saturating_sub(2) {
         _ if at.row < 2 => 0,
@@ -31,10 +36,10 @@ pub(super) fn offset(text: &str, at: roxmltree::TextPos) -> usize {
     line_start + line.char_indices().nth(column).map_or(line.len(), |(i, _)| i)
 }
 
-/// What the parser of XML has to say, without its place.
+/// The message of an error of the XML parser, without its position.
 pub(super) fn explained(error: &roxmltree::Error) -> String {
     match error {
-        roxmltree::Error::DtdDetected => "a document type declaration is not read".into(),
+        roxmltree::Error::DtdDetected => "document type declarations are not supported".into(),
         roxmltree::Error::NodesLimitReached => {
             format!("the scene has more than {MOST_ELEMENTS} elements")
         }

@@ -1,4 +1,4 @@
-//! Integrators: how far paths go.
+//! Integrators, and the largest number of bounces.
 
 use super::builder::Builder;
 use super::object::{Object, Tag};
@@ -6,7 +6,7 @@ use super::report::Read;
 use crate::scene::description::{Integrator, MOST_BOUNCES, UNLIMITED};
 
 impl Builder<'_, '_> {
-    /// Reads the integrator of the scene; without one it is the path tracer.
+    /// Reads the integrator of the scene. The default is the path tracer.
     pub(super) fn integrator(&mut self) -> Read<()> {
         self.scene.render.integrator = Integrator::Path;
         self.scene.render.max_depth = UNLIMITED;
@@ -21,21 +21,21 @@ impl Builder<'_, '_> {
         self.places.render = object.place;
         object.ignore(&["block_size", "samples_per_pass", "timeout", "rr_depth"]);
         if object.flag("hide_emitters", false, self.reports)? {
-            self.reports.lacks(object.place, "hide_emitters of an integrator", "emitters are seen");
+            self.reports.lacks(object.place, "hide_emitters of an integrator", "emitters are visible");
         }
         match object.plugin.as_str() {
             "path" => self.bounces(object, -1),
-            // Light that arrives by one bounce.
+            // Light that arrives after one bounce.
             "direct" => {
                 object.ignore(&["shading_samples", "emitter_samples", "bsdf_samples"]);
                 self.scene.render.max_depth = 1;
                 Ok(())
             }
-            // What they say besides colour stands in layers here.
+            // Their additional channels are layers in stride.
             "moment" | "aov" => {
                 object.ignore(&["aovs"]);
                 if object.plugin == "aov" {
-                    self.reports.lacks(object.place, object.what(), "--layers asks for further layers");
+                    self.reports.lacks(object.place, object.what(), "use --layers for further layers");
                 }
                 match self.child(object, Tag::Integrator) {
                     Some(inner) => self.depth_of(inner),
@@ -44,7 +44,7 @@ impl Builder<'_, '_> {
                         .error(object.place, format!("{} has no integrator in it", object.what()))),
                 }
             }
-            // The same picture by other ways; media are reported where they stand.
+            // Other methods with the same image. Media are reported separately.
             "ptracer" | "volpath" | "volpathmis" | "prb" | "prb_basic" => self.bounces(object, -1),
             _ => {
                 self.reports.lacks(object.place, object.what(), "a path tracer is used instead");
@@ -53,23 +53,28 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// The largest number of bounces: Mitsuba counts segments of a path, of which there is one more.
+    /// Sets the largest number of bounces. Mitsuba counts the segments of a path, of which there is one more.
     fn bounces(&mut self, object: &Object, default: i64) -> Read<()> {
         let depth = object.whole("max_depth", default, self.reports)?;
         self.scene.render.max_depth = match depth {
             -1 => UNLIMITED,
             0 => {
-                let what = "max_depth 0, by which a picture is black";
-                self.reports.lacks(object.place, what, "emitters are seen");
+                let what = "max_depth 0 (a black image)";
+                self.reports.lacks(object.place, what, "emitters are visible");
                 0
             }
-            depth => match u32::try_from(depth - 1).ok().filter(|bounces| *bounces <= MOST_BOUNCES) {
+            1.. => match u32::try_from(depth - 1).ok().filter(|bounces| *bounces <= MOST_BOUNCES) {
                 Some(bounces) => bounces,
                 None => {
-                    let message = format!("max_depth must be from −1 to {}, not {depth}", MOST_BOUNCES + 1);
-                    return Err(self.reports.error(object.place, message));
+                    let what = format!("max_depth above {}", MOST_BOUNCES + 1);
+                    self.reports.lacks(object.place, what, "paths have no limit");
+                    UNLIMITED
                 }
             },
+            _ => {
+                let message = format!("max_depth must be −1, or 0 and above, not {depth}");
+                return Err(self.reports.error(object.place, message));
+            }
         };
         Ok(())
     }

@@ -1,27 +1,26 @@
 //! Materials of the plugins of the tag `bsdf`.
 //!
-//! What wraps a bsdf is a function each: `mask`, `bumpmap`, `normalmap` and `twosided` with two sides make another material of
-//! the inner one, by what every material may have, and `blendbsdf` a mix.
+//! Each bsdf that contains others has a function. `mask`, `bumpmap`, `normalmap` and `twosided` with two sides copy the
+//! inner material and set one of the modifiers that all materials have; `blendbsdf` becomes a mix.
 
 use super::builder::Builder;
 use super::indices;
 use super::object::{Object, Tag, Value};
-use super::report::Read;
+use super::report::{Place, Read};
+use super::shade::Shade;
 use super::spectrum::Of;
-use super::textures::Shade;
 use crate::scene::description::{
-    ConductorParameters, DielectricParameters, GlassParameters, MaterialKind, MatteParameters,
+    ConductorParameters, DielectricParameters, GlassParameters, Material, MaterialKind, MatteParameters,
     MirrorParameters, MixParameters, Modifiers, Named, Textured,
 };
 use crate::scene::spelling::{instead, quote};
-use std::collections::HashSet;
 
-/// Parameters that become textures of a material while its numbers are read.
+/// The parameters of a material that are textures, collected while its numbers are read.
 #[derive(Default)]
 struct Bound(Vec<Textured>);
 
 impl Bound {
-    /// The colour of a parameter, which may become a texture.
+    /// The colour of a parameter. A texture is recorded, and `stand_in` returned.
     fn colour(&mut self, parameter: &'static str, shade: Shade, stand_in: f64) -> [f64; 3] {
         if let Shade::Texture(texture) = shade {
             self.0.push(Textured { parameter, texture });
@@ -31,27 +30,37 @@ impl Bound {
 }
 
 impl Builder<'_, '_> {
-    /// The material of a shape: that of its bsdf, or what is there without one.
+    /// The material of a shape: that of its bsdf, or the default.
     pub(super) fn material_of(&mut self, shape: &Object, emits: bool) -> Read<usize> {
         let children = self.document.children(shape, Tag::Bsdf);
         match children[..] {
             [] => {
-                // A light without a bsdf reflects nothing.
-                let reflectance = [if emits { 0.0 } else { 0.5 }; 3];
-                let matte = MatteParameters { reflectance, roughness: 0.0 };
-                Ok(self.add_material(None, shape.place, matte, Vec::new()))
+                // An emitter without a bsdf reflects no light.
+                Ok(self.plain(emits, shape.place))
             }
             [first, ..] => {
                 if children.len() > 1 {
                     let what = "a second bsdf in a shape";
-                    self.reports.lacks(shape.place, what, "the first one counts");
+                    self.reports.lacks(shape.place, what, "the first one is used");
                 }
                 self.bsdf(first)
             }
         }
     }
 
-    /// The material of a bsdf, which is made once.
+    /// A grey or a black material. It is made once.
+    fn plain(&mut self, is_black: bool, place: Place) -> usize {
+        if let Some(known) = self.plain[usize::from(is_black)] {
+            return known;
+        }
+        let reflectance = [if is_black { 0.0 } else { 0.5 }; 3];
+        let made =
+            self.add_material(None, place, MatteParameters { reflectance, roughness: 0.0 }, Vec::new());
+        self.plain[usize::from(is_black)] = Some(made);
+        made
+    }
+
+    /// The material of a bsdf. It is made once.
     fn bsdf(&mut self, index: usize) -> Read<usize> {
         if let Some(&known) = self.materials.get(&index) {
             return known;
@@ -75,7 +84,7 @@ impl Builder<'_, '_> {
         material
     }
 
-    /// The bsdf inside of another.
+    /// The bsdf inside another bsdf.
     fn inner(&mut self, object: &Object) -> Read<usize> {
         match self.document.children(object, Tag::Bsdf)[..] {
             [first, ..] => self.bsdf(first),
@@ -98,7 +107,7 @@ impl Builder<'_, '_> {
                 let known = indices::conductor(name);
                 let unknown = || {
                     let message = format!("no conductor is called {}", quote(name));
-                    self.reports.error_with(place, message, instead(name, indices::conductors()))
+                    self.reports.error_with(place, message, || instead(name, indices::conductors()))
                 };
                 Some(known.ok_or_else(unknown)?)
             }
@@ -113,17 +122,17 @@ impl Builder<'_, '_> {
             }
         };
         if !is_rough && (eta, k) == ([0.0; 3], [1.0; 3]) && bound.0.is_empty() {
-            // It reflects everything.
+            // The material `none`: a perfect mirror.
             let tint = self.shade(object, "specular_reflectance", 1.0, Of::Reflectance)?;
             let mirror = MirrorParameters { reflectance: bound.colour("reflectance", tint, 1.0) };
             return Ok(self.add_material(Some(object), object.place, mirror, bound.0));
         }
-        // The least η here reflects nearly everything.
-        let eta = eta.map(|eta| eta.max(1e-3));
+        // Only the squares of η and k count, and fits of spectra may be below 0; the least η here reflects nearly everything.
+        let (eta, k) = (eta.map(|eta| eta.abs().max(1e-3)), k.map(f64::abs));
         let tint = self.colour(object, "specular_reflectance", 1.0, Of::Reflectance)?;
         if tint != [1.0; 3] {
             let what = format!("specular_reflectance of {}", object.what());
-            self.reports.lacks(object.place, what, "the metal reflects what its eta and k say");
+            self.reports.lacks(object.place, what, "its reflectance follows from eta and k");
         }
         let roughness = if is_rough { self.widths(object, &mut bound)? } else { [0.0; 2] };
         let conductor = ConductorParameters { metal: None, eta: Some(eta), k: Some(k), roughness };
@@ -151,8 +160,8 @@ impl Builder<'_, '_> {
                     return Ok([along_u[0], along_v[0]]);
                 }
                 if along_u != along_v {
-                    let what = "alpha_u and alpha_v of which one is a texture";
-                    self.reports.lacks(object.place, what, "alpha_u is rendered for both");
+                    let what = "a texture for only one of alpha_u and alpha_v";
+                    self.reports.lacks(object.place, what, "alpha_u is used for both");
                 }
                 Ok([bound.colour("roughness", along_u, 0.5)[0]; 2])
             }
@@ -163,7 +172,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Tints of what a dielectric reflects and lets through.
+    /// The factors on light that a dielectric reflects and transmits.
     fn tints(&mut self, object: &Object, bound: &mut Bound) -> Read<[[f64; 3]; 2]> {
         let reflectance = self.shade(object, "specular_reflectance", 1.0, Of::Reflectance)?;
         let transmittance = self.shade(object, "specular_transmittance", 1.0, Of::Reflectance)?;
@@ -211,7 +220,7 @@ impl Builder<'_, '_> {
         Ok(self.add_material(Some(object), object.place, dielectric, bound.0))
     }
 
-    /// The index inside over that outside of a dielectric, each a number or a name.
+    /// The index of refraction of the inside of a dielectric relative to the outside. Each is a number or a name.
     fn index(&mut self, object: &Object, default: &str) -> Read<f64> {
         let mut of = |name: &str, default: &str| match object
             .find(name)
@@ -219,7 +228,7 @@ impl Builder<'_, '_> {
         {
             Some((Value::Text(word), place)) => indices::dielectric(word).ok_or_else(|| {
                 let message = format!("no dielectric is called {}", quote(word));
-                self.reports.error_with(place, message, instead(word, indices::dielectrics()))
+                self.reports.error_with(place, message, || instead(word, indices::dielectrics()))
             }),
             _ => object.number(name, indices::dielectric(default).unwrap_or(1.0), self.reports),
         };
@@ -231,7 +240,7 @@ impl Builder<'_, '_> {
         Ok(inside / outside)
     }
 
-    /// Two sides that are the same, as all materials have here that let no light through; or two materials.
+    /// A two-sided bsdf: the inner bsdf, as opaque materials have two sides in stride, or a pair of materials.
     fn two_sided(&mut self, object: &Object) -> Read<usize> {
         object.ignore(&["allow_transmission"]);
         match self.document.children(object, Tag::Bsdf)[..] {
@@ -243,7 +252,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Holes. To pass through one is no bounce here, where it is one in Mitsuba.
+    /// A mask. Passing through it is not a bounce in stride, but is one in Mitsuba.
     fn mask(&mut self, object: &Object) -> Read<usize> {
         let opacity = self.shade(object, "opacity", 0.5, Of::Number)?;
         let inner = self.inner(object)?;
@@ -283,18 +292,18 @@ impl Builder<'_, '_> {
         self.with_map(object, "normal_map", map, |modifiers| modifiers.normal_map = Some(Named))
     }
 
-    /// Mitsuba weakens grazing light on a tilted normal by the shadowing of microfacets (Estevez et al. 2019), unless it is
-    /// told not to.
+    /// Reports that grazing light is brighter than in Mitsuba, which multiplies it by microfacet shadowing on tilted
+    /// normals (Estevez et al. 2019), unless the file turns that off.
     fn note_shadowing(&mut self, object: &Object) -> Read<()> {
         object.ignore(&["flip_invalid_normals"]);
         if object.flag("use_shadowing_function", true, self.reports)? {
             let what = format!("the shadowing function of {}", object.what());
-            self.reports.lacks(object.place, what, "grazing light is not weakened");
+            self.reports.lacks(object.place, what, "light at grazing angles is brighter");
         }
         Ok(())
     }
 
-    /// A bsdf with a map of normals or heights.
+    /// A bsdf with a normal map or a bump map.
     fn with_map(
         &mut self,
         object: &Object,
@@ -304,7 +313,7 @@ impl Builder<'_, '_> {
     ) -> Read<usize> {
         let inner = self.inner(object)?;
         if self.scene.materials[inner].textures.iter().any(|textured| textured.parameter == parameter) {
-            self.reports.lacks(object.place, format!("{} in itself", object.what()), "the inner one counts");
+            self.reports.lacks(object.place, format!("{} in itself", object.what()), "the inner one is used");
             return Ok(inner);
         }
         Ok(self.add_changed(object, inner, |material| {
@@ -313,7 +322,7 @@ impl Builder<'_, '_> {
         }))
     }
 
-    /// A mix of two materials: a weight of 0 is the first.
+    /// A mix of two materials. A weight of 0 is the first one.
     fn blend(&mut self, object: &Object) -> Read<usize> {
         let amount = self.shade(object, "weight", 0.5, Of::Number)?;
         let [a, b] = self.document.children(object, Tag::Bsdf)[..] else {
@@ -325,7 +334,7 @@ impl Builder<'_, '_> {
         Ok(self.add_material(Some(object), object.place, MixParameters { a, b, amount }, bound.0))
     }
 
-    /// A bsdf without a counterpart: a matte one of the colour that comes nearest to it.
+    /// A bsdf without a counterpart: a matte material of the most similar colour.
     fn another(&mut self, object: &Object, plugin: &str) -> Read<usize> {
         let (parameter, default) = match plugin {
             "plastic" | "roughplastic" | "pplastic" => ("diffuse_reflectance", 0.5),
@@ -342,36 +351,34 @@ impl Builder<'_, '_> {
         Ok(self.add_material(Some(object), object.place, matte, bound.0))
     }
 
-    /// Whether a bsdf that stands on a surface with two sides to be seen shows nothing on its back in Mitsuba, but the same
-    /// as on its front here.
-    pub(super) fn is_one_sided(&self, shape: &Object) -> bool {
-        let mut open = self.document.children(shape, Tag::Bsdf);
-        open.truncate(1);
-        // What is named twice is looked at once: blends may double at each step.
-        let mut seen = HashSet::new();
-        while let Some(index) = open.pop() {
-            if !seen.insert(index) {
-                continue;
-            }
-            let object = &self.document.objects[index];
-            match object.plugin.as_str() {
-                "mask" | "bumpmap" | "normalmap" | "blendbsdf" => {
-                    open.extend(self.document.children(object, Tag::Bsdf));
-                }
-                "diffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic" => {}
-                _ => return false,
-            }
-        }
-        true
+    /// Whether the shape's bsdf is black on the back in Mitsuba.
+    pub(super) fn is_one_sided(&mut self, shape: &Object) -> bool {
+        let first = self.document.children(shape, Tag::Bsdf).first();
+        first.is_none_or(|&bsdf| self.is_bsdf_one_sided(bsdf))
     }
 
-    /// The material that is the same from the front, and black from behind.
+    /// Whether a bsdf is black on the back. The result is stored, because nested blends could take exponential time.
+    fn is_bsdf_one_sided(&mut self, index: usize) -> bool {
+        if let Some(&known) = self.are_one_sided.get(&index) {
+            return known;
+        }
+        let object = &self.document.objects[index];
+        let answer = match object.plugin.as_str() {
+            "mask" | "bumpmap" | "normalmap" | "blendbsdf" => {
+                self.document.children(object, Tag::Bsdf).iter().all(|&inner| self.is_bsdf_one_sided(inner))
+            }
+            plugin => ["diffuse", "conductor", "roughconductor", "plastic", "roughplastic"].contains(&plugin),
+        };
+        self.are_one_sided.insert(index, answer);
+        answer
+    }
+
+    /// A copy of a material that is black on the back.
     pub(super) fn one_sided(&mut self, object: &Object, material: usize) -> usize {
         if let Some(&known) = self.one_sided.get(&material) {
             return known;
         }
-        let black = MatteParameters { reflectance: [0.0; 3], roughness: 0.0 };
-        let black = self.add_material(None, object.place, black, Vec::new());
+        let black = self.plain(true, object.place);
         let name = format!("{}, one-sided", self.scene.materials[material].name);
         let own = self.add_changed(object, material, |material| {
             material.modifiers.back = Some(black);
@@ -381,24 +388,14 @@ impl Builder<'_, '_> {
         own
     }
 
-    /// Whether a material looks at uv, or one that it names.
-    pub(super) fn looks_at_uv(&self, material: usize) -> bool {
-        let mut open = vec![material];
-        let mut seen = HashSet::new();
-        while let Some(index) = open.pop() {
-            let Some(material) = self.scene.materials.get(index).filter(|_| seen.insert(index)) else {
-                continue;
-            };
-            let anisotropic = match material.kind {
-                MaterialKind::Conductor(ConductorParameters { roughness: [u, v], .. }) => u != v,
-                MaterialKind::Dielectric(DielectricParameters { roughness: [u, v], .. }) => u != v,
-                _ => false,
-            };
-            if anisotropic || !material.textures.is_empty() {
-                return true;
-            }
-            open.extend(material.named());
-        }
-        false
+    /// Whether a material, or a material that it refers to, depends on uv.
+    pub(super) fn is_placed_by_uv(&self, material: &Material) -> bool {
+        let is_anisotropic = match material.kind {
+            MaterialKind::Conductor(ConductorParameters { roughness: [u, v], .. }) => u != v,
+            MaterialKind::Dielectric(DielectricParameters { roughness: [u, v], .. }) => u != v,
+            _ => false,
+        };
+        let mut named = material.named();
+        is_anisotropic || !material.textures.is_empty() || named.any(|inner| self.looks_at_uv[inner])
     }
 }

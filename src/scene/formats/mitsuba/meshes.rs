@@ -1,29 +1,30 @@
-//! Meshes of files.
+//! Meshes from files.
 //!
-//! A texture's v runs down in Mitsuba, and in a mesh here it is Mitsuba's: of OBJ files, in which it runs up, it becomes
-//! 1 − v as there. Where a file has no normals they are computed, weighted by the angles of triangles (Thürmer and Wüthrich
-//! 1998), unless `face_normals` says otherwise.
+//! In Mitsuba the v of textures runs down, and converted meshes keep it. The v of OBJ files runs up; as in Mitsuba, it
+//! is replaced by 1 − v. If a file has no normals, they are computed with the angles of triangles as weights (Thürmer
+//! and Wüthrich 1998), unless `face_normals` is set.
 
 use super::builder::{Builder, MeshKey};
 use super::formed::Formed;
+use super::limits::MOST_UNPACKED;
 use super::object::Object;
-use super::report::Read;
-use super::serialized;
+use super::report::{Place, Read};
 use super::transform::uniform_scale;
 use crate::scene::description::Mesh;
 use crate::scene::mesh::Split;
 use crate::scene::mesh::cache::{Found, Unreadable};
+use crate::shape::MeshError;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The most edges that are compared to find out whether a mesh has a border; larger meshes are taken to have none.
+/// The maximum number of edges for which borders are searched. Larger meshes count as closed.
 const MOST_EDGES: usize = 1 << 22;
 
 impl Builder<'_, '_> {
-    /// The mesh of a file, in its own space.
-    pub(super) fn mesh(&mut self, object: &Object, transform: DAffine3) -> Read<Formed> {
+    /// The mesh of a file, in the mesh's space. None for a file in which no triangle has an area.
+    pub(super) fn mesh(&mut self, object: &Object, transform: DAffine3) -> Read<Option<Formed>> {
         let path = self.file(object, "filename")?;
         let place = object.find("filename").map_or(object.place, |property| property.place);
         let is_obj = object.plugin == "obj";
@@ -39,18 +40,21 @@ impl Builder<'_, '_> {
         let key = MeshKey::File(path.clone(), number, turned_uv, face_normals);
         if let Some(mesh) = self.made.get(&key) {
             let mesh = Arc::clone(mesh);
-            let is_open = self.is_open(&mesh);
-            return self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open);
+            let source = (path, number, turned_uv);
+            return self.with_normals(mesh, transform, face_normals, source, place).map(Some);
         }
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         let mesh = if object.plugin == "serialized" {
-            let read = serialized::read(&path, number);
-            Arc::new(read.map_err(|error| self.reports.error(place, format!("{}: {error}", path.display())))?)
+            let read = self.serialized.get(&path, number, &mut self.room);
+            read.map_err(|error| self.reports.error(place, format!("{}: {error}", path.display())))?
         } else if !extension.eq_ignore_ascii_case(&object.plugin) {
             let message = format!("the file of {} must end in .{}", object.what(), object.plugin);
             return Err(self.reports.error(place, message));
         } else {
-            self.mesh_of_cache(&path, place)?
+            match self.mesh_of_cache(&path, place)? {
+                Some(mesh) => mesh,
+                None => return Ok(None),
+            }
         };
         let needs_change = turned_uv && !mesh.uv.is_empty() || face_normals && !mesh.normals.is_empty();
         let mesh = if needs_change {
@@ -61,21 +65,39 @@ impl Builder<'_, '_> {
             if face_normals {
                 changed.normals = Vec::new();
             }
-            Arc::new(changed)
+            self.made_here(changed, place)?
         } else {
             mesh
         };
         self.made.insert(key, Arc::clone(&mesh));
-        let is_open = self.is_open(&mesh);
-        self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open)
+        self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), place).map(Some)
     }
 
-    /// Whether a mesh that is kept has a border.
+    /// Counts a mesh that differs from the one in the file. A scene may have one for each shape.
+    fn made_here(&mut self, mesh: Mesh, place: Place) -> Read<Arc<Mesh>> {
+        let Mesh { positions, normals, uv, second_uv, triangles } = &mesh;
+        let bytes =
+            12 * (positions.len() + normals.len() + triangles.len()) + 8 * (uv.len() + second_uv.len());
+        match self.room.checked_sub(bytes as u64) {
+            Some(room) => {
+                self.room = room;
+                Ok(Arc::new(mesh))
+            }
+            None => {
+                let most = MOST_UNPACKED >> 30;
+                let message = format!("meshes whose normals are computed are larger than {most} GiB in all");
+                let help = || Some("give them normals, or say face_normals".into());
+                Err(self.reports.error_with(place, message, help))
+            }
+        }
+    }
+
+    /// Whether a cached mesh has a border.
     fn is_open(&mut self, mesh: &Arc<Mesh>) -> bool {
         *self.borders.entry(Arc::as_ptr(mesh).addr()).or_insert_with(|| has_border(mesh))
     }
 
-    fn mesh_of_cache(&mut self, path: &Path, place: super::report::Place) -> Read<Arc<Mesh>> {
+    fn mesh_of_cache(&mut self, path: &Path, place: Place) -> Read<Option<Arc<Mesh>>> {
         let Some(name) = path.to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
@@ -83,25 +105,33 @@ impl Builder<'_, '_> {
             Ok(Found { file, notes }) => {
                 notes.into_iter().for_each(|note| self.reports.warn(place, note, None));
                 match file.parts.first() {
-                    Some((_, mesh)) => Ok(Arc::clone(mesh)),
+                    Some((_, mesh)) => Ok(Some(Arc::clone(mesh))),
                     None => Err(self.reports.error(place, "there is nothing in this file")),
                 }
             }
+            // Exporters write them, and Mitsuba renders a scene without them.
+            Err(Unreadable::First(error)) if error.message.starts_with(&MeshError::Flat.to_string()) => {
+                self.reports.warn(place, error.to_string(), Some("it is left out".into()));
+                self.flat.insert(path.into());
+                Ok(None)
+            }
+            Err(Unreadable::Again) if self.flat.contains(path) => Ok(None),
             Err(Unreadable::First(error)) => Err(self.reports.error(place, error.to_string())),
             Err(Unreadable::Again) => Err(self.reports.error(place, "this file cannot be read either")),
         }
     }
 
-    /// The mesh with normals, if it has none and should have some. They are those of where it stands: a transform that does
-    /// not keep angles needs a mesh of its own.
+    /// The mesh with normals, if it lacks normals and needs them. Normals are computed in the world, so a transform
+    /// that does not preserve angles needs a mesh of its own.
     fn with_normals(
         &mut self,
         mesh: Arc<Mesh>,
         transform: DAffine3,
         face_normals: bool,
-        (path, number, turned_uv): (std::path::PathBuf, usize, bool),
-        is_open: bool,
+        (path, number, turned_uv): (Arc<Path>, usize, bool),
+        place: Place,
     ) -> Read<Formed> {
+        let is_open = self.is_open(&mesh);
         if face_normals || !mesh.normals.is_empty() {
             return Ok(Formed::mesh(mesh, transform, is_open));
         }
@@ -109,15 +139,20 @@ impl Builder<'_, '_> {
         let linear = if keeps_angles { DMat3::IDENTITY } else { transform.matrix3 };
         let bits = linear.to_cols_array().map(f64::to_bits);
         let key = MeshKey::Placed(path, number, turned_uv, bits);
-        let shaded = self.made.entry(key).or_insert_with(|| {
-            let normals = normals(&mesh, &linear);
-            Arc::new(Mesh { normals, ..(*mesh).clone() })
-        });
-        Ok(Formed::mesh(Arc::clone(shaded), transform, is_open))
+        let shaded = match self.made.get(&key) {
+            Some(known) => Arc::clone(known),
+            None => {
+                let made =
+                    self.made_here(Mesh { normals: normals(&mesh, &linear), ..(*mesh).clone() }, place)?;
+                self.made.insert(key, Arc::clone(&made));
+                made
+            }
+        };
+        Ok(Formed::mesh(shaded, transform, is_open))
     }
 }
 
-/// Normals of vertices, in the mesh's own space, of triangles as a transform leaves them.
+/// The vertex normals, in the mesh's space, of the mesh after a linear transform.
 fn normals(mesh: &Mesh, linear: &DMat3) -> Vec<[f32; 3]> {
     let placed = |i: u32| *linear * DVec3::from(mesh.positions[i as usize].map(f64::from));
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
@@ -126,23 +161,24 @@ fn normals(mesh: &Mesh, linear: &DMat3) -> Vec<[f32; 3]> {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         for (i, [own, next, last]) in [[a, b, c], [b, c, a], [c, a, b]].into_iter().enumerate() {
             let (to_next, to_last) = ((next - own).normalize_or_zero(), (last - own).normalize_or_zero());
-            // As Kahan has it: exact for small angles.
+            // Kahan's formula, which is accurate for small angles.
             let angle = 2.0 * libm::atan2((to_next - to_last).length(), (to_next + to_last).length());
             sums[corners[i] as usize] += normal * angle;
         }
     }
-    // What a transform does to normals, undone: n is M⁻ᵀn₀ in the world, and n₀ is Mᵀn. A mirror turns triangles about.
+    // The inverse of the transform of normals: n = M⁻ᵀn₀ in the world, so n₀ = Mᵀn. A mirror image reverses the order
+    // of corners.
     let turned = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
     let back = |sum: DVec3| (linear.transpose() * sum * turned).normalize_or_zero().as_vec3().to_array();
     sums.into_iter().map(back).collect()
 }
 
-/// Whether some edge of a mesh belongs to one triangle only.
+/// Whether an edge of the mesh belongs to only one triangle.
 fn has_border(mesh: &Mesh) -> bool {
-    if mesh.triangles.len() > MOST_EDGES / 3 {
+    if mesh.triangles.len() > MOST_EDGES / 3 || mesh.positions.len() > MOST_EDGES {
         return false;
     }
-    // Vertices in one place are one: uv and normals part them.
+    // Vertices at the same position count as one. Files split them where uv or normals differ.
     let mut places = HashMap::new();
     let place_of: Vec<usize> = mesh
         .positions
@@ -184,7 +220,7 @@ mod tests {
         let mut open = closed.clone();
         open.triangles.pop();
         assert!(has_border(&open));
-        // Its vertices are parted, in their places.
+        // The same mesh with vertices split at their positions.
         let mut parted = closed.clone();
         parted.positions.push([0.0, -0.0, 1.0]);
         parted.triangles[3][2] = 4;
@@ -200,7 +236,7 @@ mod tests {
         let own = normals(&mesh, &DMat3::IDENTITY);
         let at_origin = DVec3::from(own[0].map(f64::from));
         assert!((at_origin - DVec3::splat(-1.0).normalize()).length() < 1e-6, "{at_origin}");
-        // Of a placed mesh they become, in the world, what they are of its triangles there.
+        // The normals of a transformed mesh equal those that are computed from the transformed triangles.
         let linear = DMat3::from_diagonal(DVec3::new(1.0, 2.0, -3.0));
         let mut placed = mesh.clone();
         for position in &mut placed.positions {

@@ -1,18 +1,19 @@
-//! The reader of Mitsuba's scene files: those of versions 2 and 3, in XML.
+//! The reader of scene files of Mitsuba 2 and 3, in XML.
 //!
-//! `docs/mitsuba.md` says what becomes of each plugin, and where conventions differ.
+//! `docs/mitsuba.md` lists the counterparts of all plugins, and the differences between conventions.
 //!
 //! | file | what is in it |
 //! |---|---|
 //! | `limits` | what a file may ask for at most |
 //! | `report` | errors, warnings, and what has no counterpart, with their places |
-//! | `text`, `variables`, `files` | numbers in attributes; `$name`; where files are looked for |
+//! | `text`, `variables` | numbers in attributes; `$name` |
+//! | `files`, `contents` | where files are looked for, and what is in them |
 //! | `spectrum`, `cie`, `indices` | spectra as colours; tables |
 //! | `transform` | transforms |
 //! | `object` | objects and their properties |
-//! | `nesting`, `input`, `xml` | from files to objects |
+//! | `nesting`, `input`, `tags`, `xml` | from files to objects |
 //! | `builder` | what a scene is made in |
-//! | `textures`, `materials` | what surfaces look like |
+//! | `shade`, `textures`, `materials` | what surfaces look like |
 //! | [`serialized`], `formed`, `meshes`, `shapes` | surfaces |
 //! | `emitters`, `camera`, `integrators` | the rest of a scene |
 //!
@@ -22,6 +23,7 @@
 mod builder;
 mod camera;
 mod cie;
+mod contents;
 mod emitters;
 mod files;
 mod formed;
@@ -35,8 +37,10 @@ mod nesting;
 mod object;
 mod report;
 pub mod serialized;
+mod shade;
 mod shapes;
 mod spectrum;
+mod tags;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -59,14 +63,14 @@ use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the scene file at `path`, and the files that it names.
+/// Reads the scene file at `path`, and the files that it refers to.
 pub fn load(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
-    let text = input::limited(path, limits::MOST_BYTES)
+    let text = input::limited(path, limits::MOST_BYTES, input::too_much_xml)
         .map_err(|message| SceneErrors::one(path, None, message, None))?;
     parse_watched(text, path, options, Some(watch))
 }
 
-/// Reads a scene from the text of a file. `path` is what errors call it; other files are looked for beside it.
+/// Reads a scene from the text of a file. `path` is its name in messages; other files are searched for beside it.
 pub fn parse(text: &str, path: &Path, options: &LoadOptions) -> Result<Loaded, SceneErrors> {
     parse_watched(text.into(), path, options, None)
 }
@@ -77,11 +81,11 @@ fn parse_watched(
     options: &LoadOptions,
     watch: Option<Watch<'_>>,
 ) -> Result<Loaded, SceneErrors> {
-    let files = Files::of(path, options.allow_outside);
+    let (files, folders) = Files::of(path, options.allow_outside);
     let mut reports = Reports::default();
-    let read = xml::parse(path, text, &options.defines, &files, &mut reports);
+    let read = xml::parse(path, text, &options.defines, (&files, folders), &mut reports);
     let built = read.and_then(|document| {
-        // Paths that the cache is given are whole.
+        // The cache gets paths that include the folder.
         let meshes = MeshCache::new(Path::new(""), watch);
         build(&document, options, Builder::new(&document, &mut reports, &files, meshes))
     });
@@ -95,12 +99,12 @@ fn parse_watched(
         }
         Err(_) => match reports.finish(options.strict) {
             Err(errors) => Err(errors),
-            Ok(_) => Err(SceneErrors::one(path, None, "no scene came of this file".into(), None)),
+            Ok(_) => Err(SceneErrors::one(path, None, "the scene could not be converted".into(), None)),
         },
     }
 }
 
-/// Makes a scene of its objects.
+/// Converts the objects of a scene.
 fn build(
     document: &Document,
     options: &LoadOptions,
@@ -109,10 +113,10 @@ fn build(
     let crop = builder.sensor(options.camera.as_deref());
     let mut outcome = builder.integrator();
     let scene = builder.object(0);
-    for shape in document.children(scene, Tag::Shape) {
+    for &shape in document.children(scene, Tag::Shape) {
         outcome = builder.shape(shape, DAffine3::IDENTITY).and(outcome);
     }
-    for emitter in document.children(scene, Tag::Emitter) {
+    for &emitter in document.children(scene, Tag::Emitter) {
         outcome = builder.emitter(emitter).and(outcome);
     }
     // Others are read where they are named.

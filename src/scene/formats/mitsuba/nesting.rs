@@ -1,20 +1,12 @@
-//! That no object contains itself, and that none is nested too deep.
+//! The check that no object contains itself, and that objects are not nested too deep.
 
 use super::limits::MOST_NESTING;
 use super::object::{Object, Property, Value};
 use super::report::Place;
 
-/// The objects that an object has.
-fn named(object: &Object) -> impl Iterator<Item = usize> {
-    object.properties.iter().filter_map(|property| match property.value {
-        Value::Object(named) => Some(named),
-        _ => None,
-    })
-}
-
-/// What is wrong with how objects contain each other, and where. The first contains all.
+/// The first error in the nesting of objects, and its place. The first object is the scene.
 pub(super) fn problem(objects: &[Object]) -> Option<(Place, String)> {
-    // Depth first, with a stack of its own: a file may chain as many objects as it has room for.
+    // Depth-first search with an explicit stack, because a file may have a long chain of objects.
     let mut nesting: Vec<Option<usize>> = vec![None; objects.len()];
     let mut open = vec![false; objects.len()];
     let mut stack = vec![(0, 0)];
@@ -34,7 +26,7 @@ pub(super) fn problem(objects: &[Object]) -> Option<(Place, String)> {
             }
             Some(_) => {}
             None => {
-                let deepest = named(&objects[object]).filter_map(|named| nesting[named]).max();
+                let deepest = objects[object].objects().filter_map(|(named, _)| nesting[named]).max();
                 let depth = deepest.map_or(0, |deepest| deepest + 1);
                 if depth > MOST_NESTING {
                     let message = format!("objects are nested more than {MOST_NESTING} deep");

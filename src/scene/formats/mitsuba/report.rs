@@ -1,26 +1,29 @@
-//! Errors, warnings, and what has no counterpart, with their places in several files.
+//! Errors, warnings, and reports of parts without a counterpart, with their places in several files.
 
 use crate::scene::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Errors that are described one by one.
+/// The maximum number of errors that are described.
 const MOST_ERRORS: usize = 100;
 
-/// A byte of a file.
+/// The maximum number of features without a counterpart that are described.
+const MOST_LACKS: usize = 50;
+
+/// A byte offset in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
-    /// The index of the file, in the order in which they were read.
+    /// The index of the file, in the order of reading.
     pub(super) file: usize,
     pub(super) at: usize,
 }
 
-/// Proof that an error has been reported: only [`Reports`] makes one.
+/// Proof that an error has been reported. Only [`Reports`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
 
-/// What is read, or that an error has been reported.
+/// A converted part, or proof that an error was reported.
 pub(super) type Read<T> = Result<T, Reported>;
 
 /// A message about a place.
@@ -30,21 +33,22 @@ struct Report {
     help: Option<String>,
 }
 
-/// Something without a counterpart, the first place of it, and how many there are.
+/// A kind of part without a counterpart, its first place, and the number of its occurrences.
 struct Lack {
     first: Report,
     count: usize,
 }
 
-/// All that has been said about the files of a scene so far.
+/// All messages about the files of a scene so far.
 #[derive(Default)]
 pub(super) struct Reports {
     files: Vec<(PathBuf, Arc<str>)>,
-    /// The file that includes each.
+    /// The index of the file that includes each file.
     includers: HashMap<usize, usize>,
     errors: Vec<Report>,
     unlisted: usize,
     warnings: Vec<Report>,
+    unlisted_warnings: usize,
     lacks: Vec<Lack>,
     lack_of: HashMap<String, usize>,
 }
@@ -66,23 +70,24 @@ impl Reports {
         self.includers.insert(file, by);
     }
 
-    /// The file that includes a file.
+    /// The file that includes another.
     pub(super) fn includer(&self, file: usize) -> Option<usize> {
         self.includers.get(&file).copied()
     }
 
     pub(super) fn error(&mut self, place: Place, message: impl Into<String>) -> Reported {
-        self.error_with(place, message, None)
+        self.error_with(place, message, || None)
     }
 
+    /// Reports an error. Its help is computed only if it is shown, because a file may have a million errors.
     pub(super) fn error_with(
         &mut self,
         place: Place,
         message: impl Into<String>,
-        help: Option<String>,
+        help: impl FnOnce() -> Option<String>,
     ) -> Reported {
         if self.errors.len() < MOST_ERRORS {
-            self.errors.push(Report { place, message: message.into(), help });
+            self.errors.push(Report { place, message: message.into(), help: help() });
         } else {
             self.unlisted += 1;
         }
@@ -92,10 +97,12 @@ impl Reports {
     pub(super) fn warn(&mut self, place: Place, message: impl Into<String>, help: Option<String>) {
         if self.warnings.len() < MOST_ERRORS {
             self.warnings.push(Report { place, message: message.into(), help });
+        } else {
+            self.unlisted_warnings += 1;
         }
     }
 
-    /// Notes that something has no counterpart, and what is rendered instead.
+    /// Reports a part without a counterpart, and its replacement.
     pub(super) fn lacks(&mut self, place: Place, what: impl Into<String>, instead: &str) {
         let what = what.into();
         if let Some(&known) = self.lack_of.get(&what) {
@@ -107,10 +114,13 @@ impl Reports {
         self.lacks.push(Lack { first, count: 1 });
     }
 
-    /// The warnings, in the order of the files; or the errors, to which belongs what has no counterpart if `strict`.
+    /// The warnings, in the order of the files, or the errors. With `strict`, features without a counterpart are
+    /// errors. Only the first of them are described.
     pub(super) fn finish(self, strict: bool) -> Result<Vec<Diagnostic>, SceneErrors> {
-        let Reports { files, mut errors, unlisted, mut warnings, lacks, .. } = self;
-        let told = lacks.into_iter().map(|Lack { first, count }| {
+        let Reports { files, mut errors, unlisted, mut warnings, unlisted_warnings, mut lacks, .. } = self;
+        lacks.sort_by_key(|lack| lack.first.place);
+        let more = lacks.len().saturating_sub(MOST_LACKS);
+        let told = lacks.into_iter().take(MOST_LACKS).map(|Lack { first, count }| {
             let all =
                 if count > 1 { format!(" ({count} in all, the first one here)") } else { String::new() };
             Report { message: format!("{} has no counterpart{all}", first.message), ..first }
@@ -120,10 +130,20 @@ impl Reports {
         } else {
             warnings.extend(told);
         }
-        if errors.is_empty() {
-            return Ok(located(&files, warnings));
+        if !errors.is_empty() {
+            return Err(SceneErrors::new(located(&files, errors), unlisted + if strict { more } else { 0 }));
         }
-        Err(SceneErrors::new(located(&files, errors), unlisted))
+        let mut told = located(&files, warnings);
+        let file: Arc<Path> = files.first().map_or(Path::new(""), |(path, _)| path).into();
+        let mut tell = |count: usize, what: &str| {
+            if count > 0 {
+                let message = format!("and {count} more {what}");
+                told.push(Diagnostic { file: Arc::clone(&file), position: None, message, help: None });
+            }
+        };
+        tell(unlisted_warnings, "warnings");
+        tell(more, "features without a counterpart");
+        Ok(told)
     }
 }
 
@@ -142,4 +162,58 @@ fn located(files: &[(PathBuf, Arc<str>)], mut reports: Vec<Report>) -> Vec<Diagn
         }));
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(at: usize) -> Place {
+        Place { file: 0, at }
+    }
+
+    fn reports() -> Reports {
+        let mut reports = Reports::default();
+        reports.add_file(Path::new("a.xml"), "x".repeat(1000).into());
+        reports
+    }
+
+    #[test]
+    fn help_is_looked_for_only_where_it_is_shown() {
+        let (mut reports, mut asked) = (reports(), 0);
+        for i in 0..1000 {
+            reports.error_with(at(i), "wrong", || {
+                asked += 1;
+                None
+            });
+        }
+        assert_eq!(asked, MOST_ERRORS);
+        let errors = reports.finish(false).expect_err("errors");
+        assert_eq!((errors.diagnostics().len(), errors.unlisted()), (MOST_ERRORS, 1000 - MOST_ERRORS));
+    }
+
+    #[test]
+    fn features_and_warnings_beyond_some_are_counted() {
+        let made = |features: usize, warnings: usize| {
+            let mut reports = reports();
+            // The last one of the file is found first.
+            for i in (0..features).rev() {
+                reports.lacks(at(i), format!("feature {i}"), "nothing");
+                reports.lacks(at(i), format!("feature {i}"), "nothing");
+            }
+            (0..warnings).for_each(|i| reports.warn(at(i), "odd", None));
+            reports
+        };
+        let told = made(MOST_LACKS, MOST_ERRORS).finish(false).expect("no errors");
+        assert_eq!(told.len(), MOST_LACKS + MOST_ERRORS);
+        let told = made(MOST_LACKS + 7, 0).finish(false).expect("no errors");
+        let first = "a.xml:1:1: feature 0 has no counterpart (2 in all, the first one here); nothing";
+        assert_eq!(told[0].to_string(), first);
+        assert_eq!(told.len(), MOST_LACKS + 1);
+        assert_eq!(told[MOST_LACKS].to_string(), "a.xml: and 7 more features without a counterpart");
+        let told = made(0, MOST_ERRORS + 3).finish(false).expect("no errors");
+        assert_eq!(told[MOST_ERRORS].to_string(), "a.xml: and 3 more warnings");
+        let errors = made(MOST_LACKS + 7, 0).finish(true).expect_err("strict");
+        assert_eq!((errors.diagnostics().len(), errors.unlisted()), (MOST_LACKS, 7));
+    }
 }

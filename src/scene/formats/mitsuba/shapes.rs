@@ -1,12 +1,12 @@
-//! Shapes: those that are formulas, and where all of them stand.
+//! Shapes, groups and instances.
 
-use super::builder::{Builder, MeshKey};
+use super::builder::{Builder, Emission, MeshKey};
 use super::formed::Formed;
 use super::limits::MOST_ENTITIES;
 use super::object::{Object, Tag};
 use super::report::Read;
+use super::shade::Shade;
 use super::spectrum::Of;
-use super::textures::Shade;
 use super::transform::{affine, normal, uniform_scale};
 use crate::scene::description::{
     CylinderParameters, DiskParameters, Entity, Mesh, QuadParameters, SphereParameters,
@@ -16,7 +16,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 
 impl Builder<'_, '_> {
-    /// Adds what a shape is, in a space that is somewhere in the world.
+    /// Adds the entities of a shape. `parent` is the transform of its parent to the world.
     pub(super) fn shape(&mut self, index: usize, parent: DAffine3) -> Read<()> {
         let object = self.object(index);
         self.shapes += 1;
@@ -25,12 +25,12 @@ impl Builder<'_, '_> {
             return Err(self.reports.error(object.place, message));
         }
         object.ignore(&["silhouette_sampling_weight"]);
-        for medium in self.document.children(object, Tag::Medium) {
+        for &medium in self.document.children(object, Tag::Medium) {
             let medium = &self.document.objects[medium];
-            self.reports.lacks(medium.place, medium.what(), "there is nothing in its place");
+            self.reports.lacks(medium.place, medium.what(), "it is left out");
         }
         match object.plugin.as_str() {
-            // Instances bring them.
+            // Only instances make it visible.
             "shapegroup" => return Ok(()),
             "instance" => return self.instance(object, parent),
             "merge" => return self.all_of(object, parent),
@@ -43,7 +43,13 @@ impl Builder<'_, '_> {
             "disk" => self.disk(object, &transform),
             "cylinder" => self.cylinder(object, &transform)?,
             "cube" => Formed::mesh(self.cube(), transform, false),
-            "obj" | "ply" | "serialized" => self.mesh(object, transform)?,
+            "obj" | "ply" | "serialized" => match self.mesh(object, transform)? {
+                Some(formed) => formed,
+                None => {
+                    object.ignore_all();
+                    return Ok(());
+                }
+            },
             other => {
                 self.reports.lacks(object.place, format!("shape {}", quote(other)), "it is left out");
                 object.ignore_all();
@@ -53,13 +59,13 @@ impl Builder<'_, '_> {
         self.stand(object, formed)
     }
 
-    /// The shapes in a group or an instance.
+    /// Adds the shapes in a group or a merge.
     fn all_of(&mut self, object: &Object, parent: DAffine3) -> Read<()> {
         let mut outcome = Ok(());
-        for shape in self.document.children(object, Tag::Shape) {
-            if self.document.objects[shape].plugin == "instance" {
+        for &shape in self.document.children(object, Tag::Shape) {
+            if self.document.objects[shape].plugin == "instance" && self.within.is_some() {
                 let place = self.document.objects[shape].place;
-                return Err(self.reports.error(place, "an instance stands in a group"));
+                return Err(self.reports.error(place, "a shapegroup cannot contain an instance"));
             }
             outcome = self.shape(shape, parent).and(outcome);
         }
@@ -71,24 +77,25 @@ impl Builder<'_, '_> {
         let group = self.document.children(object, Tag::Shape);
         let group = group.first().filter(|&&group| self.document.objects[group].plugin == "shapegroup");
         let Some(&group) = group else {
-            return Err(self.reports.error(object.place, "an instance is of a shapegroup"));
+            return Err(self.reports.error(object.place, "an instance must refer to a shapegroup"));
         };
         let known = self.groups.get(&group).copied();
-        // There is none if nothing in it has a counterpart.
+        // There is no group if nothing in it has a counterpart.
         if let Some(made) = known.unwrap_or_else(|| self.group(group))? {
             self.add_instance(object, made, transform);
         }
         Ok(())
     }
 
-    /// The group of an object, which is made once; none of nothing.
+    /// The group of an object, made once; none if it is empty.
     fn group(&mut self, index: usize) -> Read<Option<usize>> {
         let object = self.object(index);
         let group = self.add_group(object);
         let before = self.within.replace(group);
+        let entities = self.scene.entities.len();
         let made = self.all_of(object, DAffine3::IDENTITY);
         self.within = before;
-        let is_empty = self.scene.entities.iter().rev().all(|entity| entity.within != Some(group));
+        let is_empty = self.scene.entities.len() == entities;
         if is_empty {
             self.scene.groups.pop();
             self.places.groups.pop();
@@ -98,7 +105,7 @@ impl Builder<'_, '_> {
         made
     }
 
-    /// From a shape's space to the world.
+    /// The transform from a shape's space to the world.
     fn placed(&mut self, object: &Object, parent: DAffine3) -> Read<DAffine3> {
         let Some((transform, place)) = object.transform("to_world", self.reports)? else {
             return Ok(parent);
@@ -111,7 +118,7 @@ impl Builder<'_, '_> {
         if flat { Err(self.reports.error(place, "the transform is singular")) } else { Ok(all) }
     }
 
-    /// Adds the entity of a shape, with its material and what it emits.
+    /// Adds the entity of a shape, with its material and emission.
     fn stand(&mut self, object: &Object, formed: Formed) -> Read<()> {
         let flipped = object.flag("flip_normals", false, self.reports)?;
         let emitter = self.child(object, Tag::Emitter);
@@ -121,11 +128,11 @@ impl Builder<'_, '_> {
             None => ([0.0; 3], None),
         };
         let mut material = material?;
-        // The inside of a closed surface is seen by nobody who is not in it.
+        // The back of a closed surface is visible only from inside.
         if formed.is_open && self.is_one_sided(object) && self.shows(material) {
             material = self.one_sided(object, material);
         }
-        let looks_at_uv = self.looks_at_uv(material) || emission_texture.is_some();
+        let looks_at_uv = self.looks_at_uv[material] || emission_texture.is_some();
         let local = formed.local.filter(|(.., always)| (*always || looks_at_uv) && self.within.is_none());
         let keeps_uv = local.as_ref().is_some_and(|(.., always)| !always);
         if let Some(uv) = formed.uv.filter(|_| looks_at_uv && !keeps_uv) {
@@ -136,7 +143,7 @@ impl Builder<'_, '_> {
         match local {
             None => self.add_entity(object, Entity { shape: formed.shape, ..entity }),
             Some((shape, transform, _)) => {
-                // A group of one.
+                // A group with this shape only.
                 let group = self.add_group(object);
                 self.within = Some(group);
                 let added = self.add_entity(object, Entity { shape, ..entity });
@@ -147,8 +154,18 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// What an emitter inside of a shape emits.
-    fn area_light(&mut self, emitter: &Object) -> Read<([f64; 3], Option<usize>)> {
+    /// The emission of an emitter inside a shape.
+    fn area_light(&mut self, emitter: &Object) -> Read<Emission> {
+        let address = std::ptr::from_ref(emitter).addr();
+        if let Some(&known) = self.area_lights.get(&address) {
+            return known;
+        }
+        let emission = self.new_area_light(emitter);
+        self.area_lights.insert(address, emission);
+        emission
+    }
+
+    fn new_area_light(&mut self, emitter: &Object) -> Read<Emission> {
         if emitter.plugin != "area" {
             self.reports.lacks(emitter.place, emitter.what(), "the shape emits nothing");
             return Ok(([0.0; 3], None));
@@ -165,7 +182,7 @@ impl Builder<'_, '_> {
         let corner = transform.transform_point3(DVec3::new(-1.0, -1.0, 0.0));
         let [u, v] = [DVec3::X, DVec3::Y].map(|axis| transform.transform_vector3(axis * 2.0));
         let shape = QuadParameters { corner, u, v }.into();
-        // u × v and the normal part where the transform mirrors.
+        // A mirror image reverses the normal, but not u × v.
         Formed { shape, turned: transform.matrix3.determinant() < 0.0, is_open: true, local: None, uv: None }
     }
 
@@ -174,18 +191,18 @@ impl Builder<'_, '_> {
         let radius = object.number("radius", 1.0, self.reports)?;
         let scale = uniform_scale(&transform.matrix3);
         if scale.is_none() {
-            let what = "shape \"sphere\" whose to_world does not scale all axes alike";
-            self.reports.lacks(object.place, what, "it is a sphere, as large as the x axis says");
+            let what = "shape \"sphere\" with a to_world that scales the axes differently";
+            self.reports.lacks(object.place, what, "it is a sphere with the scale of the x axis");
         }
         let x = transform.matrix3.x_axis;
         let own = SphereParameters { center, radius };
         let radius = scale.unwrap_or(x.length()) * radius;
-        // uv are about the world's z here.
+        // In stride, u is the angle about the world's z axis.
         let upright = (transform.matrix3 - DMat3::from_diagonal(DVec3::splat(x.length())))
             .to_cols_array()
             .iter()
             .all(|entry| entry.abs() <= 1e-6 * x.length());
-        let uv = (!upright).then_some("they are about the z axis, from the x axis on");
+        let uv = (!upright).then_some("u is the angle about the z axis from the x axis");
         let shape = SphereParameters { center: transform.transform_point3(center), radius }.into();
         let local = (scale.is_some() && !upright).then(|| (own.into(), *transform, false));
         let turned = transform.matrix3.determinant() < 0.0;
@@ -197,9 +214,7 @@ impl Builder<'_, '_> {
         let radius = x.length();
         let is_round =
             (y.length() - radius).abs() <= 1e-6 * radius && x.dot(y).abs() <= 1e-6 * radius * radius;
-        let uv = Some(
-            "u is the angle and v the distance from the centre, where it is the other way round in Mitsuba",
-        );
+        let uv = Some("u is the angle and v the distance from the centre; Mitsuba exchanges the two");
         if !is_round && self.within.is_none() {
             let own = DiskParameters { center: DVec3::ZERO, normal: DVec3::Z, radius: 1.0 };
             let local = Some((own.into(), *transform, true));
@@ -233,8 +248,8 @@ impl Builder<'_, '_> {
         if (x.length() - y.length()).abs() > 1e-4 * x.length()
             || square.iter().any(|dot| dot.abs() > tolerance)
         {
-            let what = "shape \"cylinder\" whose to_world does not leave it round and straight";
-            self.reports.lacks(object.place, what, "it is round and straight, as wide as its x axis says");
+            let what = "shape \"cylinder\" with a to_world that squeezes or shears it";
+            self.reports.lacks(object.place, what, "it is a circular cylinder with the scale of the x axis");
         }
         let shape = CylinderParameters {
             from: transform.transform_point3(from),
@@ -248,17 +263,17 @@ impl Builder<'_, '_> {
         Ok(Formed { shape: shape.into(), turned, is_open: true, local, uv })
     }
 
-    /// The cube from −1 to 1, each side of which has uv from 0 to 1.
+    /// The cube from −1 to 1, as a mesh. On each side uv run from 0 to 1.
     fn cube(&mut self) -> Arc<Mesh> {
         Arc::clone(self.made.entry(MeshKey::Cube).or_insert_with(|| Arc::new(cube())))
     }
 
-    /// The disk of radius one as triangles.
+    /// The unit disk, as a mesh.
     fn ellipse(&mut self) -> Arc<Mesh> {
         Arc::clone(self.made.entry(MeshKey::Ellipse).or_insert_with(|| Arc::new(fan())))
     }
 
-    /// Whether a material scatters any light.
+    /// Whether a material scatters light.
     fn shows(&self, material: usize) -> bool {
         use crate::scene::description::MaterialKind;
         let Some(material) = self.scene.materials.get(material) else { return false };
@@ -269,7 +284,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// The sides of the cube: the corner where uv is (0, 0), and the edges along u and along v.
+/// The sides of the cube: the corner with uv (0, 0), the edge along u, and the edge along v.
 const SIDES_OF_CUBE: [[[f32; 3]; 3]; 6] = [
     [[-1.0, -1.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]],
     [[1.0, 1.0, 1.0], [-2.0, 0.0, 0.0], [0.0, 0.0, -2.0]],
@@ -287,7 +302,7 @@ fn cube() -> Mesh {
         for [a, b] in [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]] {
             mesh.positions.push(at(a, b));
             mesh.uv.push([a, b]);
-            // Away from the middle, which is the origin.
+            // The outward direction, as the centre is the origin.
             let middle = at(0.5, 0.5);
             mesh.normals.push(middle);
         }

@@ -1,30 +1,31 @@
-//! Spectra, and the colours that they become.
+//! Spectra, and their conversion to colours.
 //!
-//! A picture is in linear Rec. 709, and so is everything in a scene: a spectrum becomes a colour as soon as it is read, as in
-//! Mitsuba's `rgb` variants. X = Σ S(λ)·x̄(λ)·Δλ / Σ ȳ(λ)·Δλ, and Y and Z likewise; of reflectances under D65 that is
-//! scaled to Y = 1, of emitters and of indices of refraction as they are. What is outside of Rec. 709's gamut is
-//! clipped.
+//! Colours in a scene are linear Rec. 709. A spectrum becomes a colour when it is read, as in Mitsuba's `rgb` variants:
+//! X = Σ S(λ)·x̄(λ)·Δλ / Σ ȳ(λ)·Δλ, and likewise Y and Z. For reflectances S is multiplied by D65, and the sum is
+//! normalised so that Y = 1 for a reflectance of 1. Spectra of light and indices of refraction are not multiplied. Colours
+//! outside the gamut of Rec. 709 are clipped.
 
-use super::cie::{D65, OBSERVER, WAVELENGTHS};
+use super::cie::{WAVELENGTHS, WEIGHTS, wavelength};
 use super::text::{number, words};
+use std::sync::Arc;
 
 /// A spectrum.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Spectrum {
-    /// The same at all wavelengths.
+    /// The same value at all wavelengths.
     Uniform(f64),
-    /// Wavelengths in nm, in increasing order, and values; straight between them, and zero beyond them.
-    Samples(Vec<[f64; 2]>),
+    /// Wavelengths in nm, in increasing order, and values. It is interpolated linearly, and 0 outside.
+    Samples(Arc<[[f64; 2]]>),
 }
 
-/// What a spectrum is of.
+/// The quantity of a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Of {
-    /// The fraction of light that is reflected or let through.
+    /// The fraction of light that is reflected or transmitted.
     Reflectance,
     /// Emitted light.
     Light,
-    /// Anything else: an index of refraction, a roughness.
+    /// Another quantity, such as an index of refraction or a roughness.
     Number,
 }
 
@@ -32,17 +33,8 @@ pub(super) enum Of {
 const FROM_XYZ: [[f64; 3]; 3] =
     [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]];
 
-/// ∫ ȳ dλ as Mitsuba takes it.
-const Y_INTEGRAL: f64 = 106.750_259_399_414_06;
-
-/// The mean of D65, weighted by ȳ.
-const D65_MEAN: f64 = 98.997_417_518_762_55;
-
-/// Wavelengths at which a spectrum is looked at.
-const STEPS: usize = 1000;
-
 impl Spectrum {
-    /// From one number, or from pairs `wavelength:value`.
+    /// Parses one number, or pairs `wavelength:value`.
     pub(super) fn parse(text: &str) -> Result<Spectrum, String> {
         if !text.contains(':') {
             let mut words = words(text);
@@ -58,7 +50,7 @@ impl Spectrum {
         samples.ok_or_else(|| "a pair of a spectrum is written 400:0.2".into()).and_then(Self::of)
     }
 
-    /// From the text of a file: a wavelength and a value on each line.
+    /// Parses the text of a file with a wavelength and a value on each line.
     pub(super) fn of_file(text: &str) -> Result<Spectrum, String> {
         let mut samples = Vec::new();
         for (line, given) in text.lines().enumerate() {
@@ -75,7 +67,7 @@ impl Spectrum {
         Self::of(samples)
     }
 
-    /// Of samples, which must be two or more in increasing order.
+    /// A spectrum of samples. There must be two or more, in increasing order.
     pub(super) fn of(samples: Vec<[f64; 2]>) -> Result<Spectrum, String> {
         if samples.len() < 2 {
             return Err("a spectrum needs two wavelengths or more".into());
@@ -83,10 +75,11 @@ impl Spectrum {
         if samples.windows(2).any(|pair| pair[0][0] >= pair[1][0]) {
             return Err("the wavelengths of a spectrum must increase".into());
         }
-        Ok(Spectrum::Samples(samples))
+        Ok(Spectrum::Samples(samples.into()))
     }
 
-    /// That of a black body of a temperature in K, in W/(m² sr nm): Planck's law, between two wavelengths in nm.
+    /// The spectrum of a black body by Planck's law, between two wavelengths in nm. The temperature is in K, the
+    /// radiance in W/(m² sr nm).
     pub(super) fn black_body(temperature: f64, [low, high]: [f64; 2]) -> Result<Spectrum, String> {
         const H: f64 = 6.626_070_15e-34;
         const C: f64 = 299_792_458.0;
@@ -106,29 +99,25 @@ impl Spectrum {
         Self::of((0..=94).map(|i| low + (high - low) * f64::from(i) / 94.0).map(|w| [w, at(w)]).collect())
     }
 
-    /// The colour that it becomes.
+    /// The colour of the spectrum.
     pub(super) fn colour(&self, of: Of) -> [f64; 3] {
         let samples = match self {
-            // White light is not grey: Rec. 709's white is D65.
+            // A uniform spectrum is not white, as the white of Rec. 709 is D65.
             Spectrum::Uniform(value) if of == Of::Light => {
                 return FROM_XYZ.map(|row| row.iter().sum::<f64>() * value);
             }
             Spectrum::Uniform(value) => return [*value; 3],
             Spectrum::Samples(samples) => samples,
         };
+        let is_reflectance = of == Of::Reflectance;
+        let weights = if is_reflectance { &WEIGHTS.reflectance } else { &WEIGHTS.light };
         let mut xyz = [0.0; 3];
-        for i in 0..STEPS {
-            let [low, high] = WAVELENGTHS;
-            let wavelength = low + i as f64 / (STEPS - 1) as f64 * (high - low);
-            let value = at(samples, wavelength);
-            let light = if of == Of::Reflectance { table(&D65, wavelength, |x| *x) / D65_MEAN } else { 1.0 };
-            for (channel, sum) in xyz.iter_mut().enumerate() {
-                *sum += value * light * table(&OBSERVER, wavelength, |row| row[channel]);
-            }
+        for (row, weight) in weights.iter().enumerate() {
+            let value = at(samples, wavelength(row));
+            xyz.iter_mut().zip(weight).for_each(|(sum, weight)| *sum += value * weight);
         }
-        let step = (WAVELENGTHS[1] - WAVELENGTHS[0]) / STEPS as f64 / Y_INTEGRAL;
-        let most = if of == Of::Reflectance { 1.0 } else { f64::INFINITY };
-        FROM_XYZ.map(|row| (0..3).map(|i| row[i] * xyz[i] * step).sum::<f64>().clamp(0.0, most))
+        let most = if is_reflectance { 1.0 } else { f64::INFINITY };
+        FROM_XYZ.map(|row| (0..3).map(|i| row[i] * xyz[i]).sum::<f64>().clamp(0.0, most))
     }
 }
 
@@ -142,14 +131,6 @@ fn at(samples: &[[f64; 2]], wavelength: f64) -> f64 {
     }
 }
 
-/// The value of a table at a wavelength within it.
-fn table<T>(rows: &[T; 95], wavelength: f64, value: impl Fn(&T) -> f64) -> f64 {
-    let place = (wavelength - WAVELENGTHS[0]) / (WAVELENGTHS[1] - WAVELENGTHS[0]) * 94.0;
-    let row = (place.max(0.0) as usize).min(93);
-    let share = place - row as f64;
-    value(&rows[row]) * (1.0 - share) + value(&rows[row + 1]) * share
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,7 +142,7 @@ mod tests {
     #[test]
     fn spectra_are_read() {
         assert_eq!(Spectrum::parse(" 0.5 "), Ok(Spectrum::Uniform(0.5)));
-        let pairs = Spectrum::Samples(vec![[400.0, 0.0], [700.0, 2.0]]);
+        let pairs = Spectrum::Samples([[400.0, 0.0], [700.0, 2.0]].into());
         assert_eq!(Spectrum::parse("400:0, 700:2"), Ok(pairs.clone()));
         assert_eq!(Spectrum::of_file("# nm value\n400 0\n\n700 2 # red\n"), Ok(pairs));
         for wrong in ["", "1 2", "400:1", "400:1 300:2", "400:1 400:2", "400:x 500:1", "400:1 500"] {
@@ -172,17 +153,56 @@ mod tests {
 
     #[test]
     fn a_flat_reflectance_is_grey_and_a_flat_light_is_not() {
-        let flat = Spectrum::Samples(vec![[300.0, 0.5], [900.0, 0.5]]);
+        let flat = Spectrum::Samples([[300.0, 0.5], [900.0, 0.5]].into());
         assert!(near(flat.colour(Of::Reflectance), [0.5; 3], 1e-3), "{:?}", flat.colour(Of::Reflectance));
-        // Equal energy is more red than D65 (x = y = 1/3).
+        // Equal energy (x = y = 1/3) is redder than D65.
         let light = flat.colour(Of::Light);
         assert!(near(light, [0.602, 0.474, 0.455], 2e-3), "{light:?}");
         assert!(near(Spectrum::Uniform(0.5).colour(Of::Light), [0.602, 0.474, 0.454], 1e-3));
         assert_eq!(Spectrum::Uniform(0.5).colour(Of::Number), [0.5; 3]);
-        // Narrow light at 520 nm is out of gamut, and clipped.
-        let green = Spectrum::Samples(vec![[515.0, 0.0], [520.0, 100.0], [525.0, 0.0]]);
+        // Monochromatic light of 520 nm is outside the gamut, and is clipped.
+        let green = Spectrum::Samples([[515.0, 0.0], [520.0, 100.0], [525.0, 0.0]].into());
         let [red, g, _] = green.colour(Of::Light);
         assert!(red == 0.0 && g > 1.0);
+    }
+
+    /// The results of `spectrum_list_to_srgb` of Mitsuba 3.9.1 for the same samples, as light and as reflectances. The
+    /// observer is a formula here and a table there.
+    #[test]
+    fn colours_are_those_of_mitsuba() {
+        let of = |samples: &[[f64; 2]]| Spectrum::of(samples.to_vec()).expect("a spectrum");
+        let body = |kelvin| Spectrum::black_body(kelvin, WAVELENGTHS).expect("a spectrum");
+        let ramp = of(&[[400.0, 0.1], [500.0, 0.2], [600.0, 0.6], [700.0, 0.9]]);
+        let hills = [
+            [400.0, 0.1],
+            [450.0, 0.2],
+            [500.0, 0.3],
+            [550.0, 0.2],
+            [600.0, 0.5],
+            [650.0, 0.6],
+            [700.0, 0.65],
+        ];
+        let step = of(&[[360.0, 0.05], [579.0, 0.05], [581.0, 0.8], [830.0, 0.8]]);
+        let lights = [
+            (body(2000.0), [16.0163, 4.11327, 0.130966]),
+            (body(3000.0), [733.097, 349.574, 112.734]),
+            (body(6504.0), [44015.0, 41511.8, 43716.1]),
+            (ramp.clone(), [0.872774, 0.34597, 0.102482]),
+            (of(&hills), [0.673771, 0.251436, 0.17093]),
+            (step.clone(), [1.0907, 0.0746254, 0.0213312]),
+        ];
+        let reflectances = [
+            (ramp, [0.753468, 0.361815, 0.119093]),
+            (of(&hills), [0.575538, 0.265101, 0.193785]),
+            (step, [0.958204, 0.0781245, 0.0281517]),
+        ];
+        let check = |spectrum: &Spectrum, of: Of, theirs: [f64; 3], tolerance: f64| {
+            let ours = spectrum.colour(of);
+            let brightest = theirs.into_iter().fold(0.0, f64::max);
+            assert!(near(ours, theirs, tolerance * brightest), "{of:?} {ours:?} {theirs:?}");
+        };
+        lights.iter().for_each(|(spectrum, theirs)| check(spectrum, Of::Light, *theirs, 6e-4));
+        reflectances.iter().for_each(|(spectrum, theirs)| check(spectrum, Of::Reflectance, *theirs, 1e-3));
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! Numbers in attributes.
+//! Parsing of numbers in attributes.
 
-/// The words of a list: between blanks, commas and semicolons.
+/// The words of a list, separated by blanks, commas or semicolons.
 pub(super) fn words(text: &str) -> impl Iterator<Item = &str> + Clone {
     text.split(|c: char| c.is_ascii_whitespace() || matches!(c, ',' | ';')).filter(|word| !word.is_empty())
 }
@@ -10,12 +10,12 @@ pub(super) fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// All numbers of a list; none if one of its words is no number.
+/// The numbers of a list; none if a word is not a number.
 pub(super) fn numbers(text: &str) -> Option<Vec<f64>> {
     words(text).map(number).collect()
 }
 
-/// Three numbers, or one for all three.
+/// Three numbers, or one that stands for all three.
 pub(super) fn triple(text: &str) -> Option<[f64; 3]> {
     match numbers(text)?[..] {
         [x] => Some([x; 3]),

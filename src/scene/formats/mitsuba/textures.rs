@@ -3,6 +3,7 @@
 use super::builder::Builder;
 use super::object::{Object, Property, Tag, Value};
 use super::report::Read;
+use super::shade::Shade;
 use super::spectrum::{Of, Spectrum};
 use super::text::numbers;
 use crate::parameter::{ImageIndex, Varying};
@@ -10,23 +11,6 @@ use crate::scene::description::{CheckerboardTexture, ConstantTexture, ImageTextu
 use crate::scene::spelling::quote;
 use crate::texture::{ColorSpace, TexelFilter, Wrap};
 use glam::{DMat2, DMat4, DVec2};
-
-/// The same everywhere, or a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shade {
-    Colour([f64; 3]),
-    Texture(usize),
-}
-
-impl Shade {
-    /// Its colour; `instead` for a texture, which stands in the place of a parameter beside it.
-    pub(super) fn colour_or(self, instead: [f64; 3]) -> [f64; 3] {
-        match self {
-            Shade::Colour(colour) => colour,
-            Shade::Texture(_) => instead,
-        }
-    }
-}
 
 impl Builder<'_, '_> {
     /// A property that may be a number, a colour, a spectrum or a texture.
@@ -37,7 +21,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// A width of a microfacet distribution, of which the roughness here is the square root.
+    /// The roughness for a property that is the α of a microfacet distribution: roughness = √α.
     pub(super) fn roughness(&mut self, object: &Object, name: &str, default: f64) -> Read<Shade> {
         let shade = match object.find(name) {
             None => Shade::Colour([default; 3]),
@@ -49,7 +33,7 @@ impl Builder<'_, '_> {
         })
     }
 
-    /// A property that is the same everywhere: of a texture that is reported.
+    /// A property that cannot be a texture. A texture is reported, and replaced by the default.
     pub(super) fn colour(&mut self, object: &Object, name: &str, default: f64, of: Of) -> Read<[f64; 3]> {
         let shade = self.shade(object, name, default, of)?;
         if matches!(shade, Shade::Texture(_)) {
@@ -83,7 +67,7 @@ impl Builder<'_, '_> {
         }))
     }
 
-    /// The texture of a map of normals or heights, which may be the same everywhere.
+    /// The texture of a normal map or a bump map, which may be constant.
     pub(super) fn map(&mut self, index: usize) -> Read<usize> {
         Ok(match self.texture(index, 0.5, Of::Number, false)? {
             Shade::Texture(texture) => texture,
@@ -94,8 +78,18 @@ impl Builder<'_, '_> {
         })
     }
 
-    /// What an object of the tag `texture` is.
+    /// The texture of an object with the tag `texture`. It is converted once for each purpose.
     fn texture(&mut self, index: usize, default: f64, of: Of, is_width: bool) -> Read<Shade> {
+        let purpose = (index, of, is_width, default.to_bits());
+        if let Some(&known) = self.shades.get(&purpose) {
+            return known;
+        }
+        let shade = self.new_texture(index, default, of, is_width);
+        self.shades.insert(purpose, shade);
+        shade
+    }
+
+    fn new_texture(&mut self, index: usize, default: f64, of: Of, is_width: bool) -> Read<Shade> {
         let object = self.object(index);
         let spectrum = match object.plugin.as_str() {
             "bitmap" => return self.bitmap(index, default, is_width),
@@ -110,7 +104,7 @@ impl Builder<'_, '_> {
                 };
             }
             "d65" => {
-                // Its colour is white in Rec. 709.
+                // D65 is white in Rec. 709.
                 let scale = object.number("scale", 1.0, self.reports)?;
                 let colour = self.colour(object, "color", 1.0, Of::Number)?;
                 return Ok(Shade::Colour(colour.map(|channel| channel * scale)));
@@ -120,7 +114,7 @@ impl Builder<'_, '_> {
             other => {
                 let what = format!("texture {}", quote(other));
                 object.ignore_all();
-                self.reports.lacks(object.place, what, "the default of what it is for is rendered instead");
+                self.reports.lacks(object.place, what, "the default of the parameter is rendered instead");
                 return Ok(Shade::Colour([default; 3]));
             }
         };
@@ -168,12 +162,12 @@ impl Builder<'_, '_> {
     fn bitmap(&mut self, index: usize, default: f64, is_width: bool) -> Read<Shade> {
         let object = self.object(index);
         if is_width {
-            // Its square roots would be those of texels, between which Mitsuba interpolates the squares.
+            // stride would interpolate square roots of texels, where Mitsuba interpolates the texels.
             let what = "a bitmap as the alpha of a bsdf";
             self.reports.lacks(object.place, what, "the default of alpha is rendered instead");
             return Ok(Shade::Colour([default; 3]));
         }
-        if let Some(&known) = self.textures.get(&(index, false)) {
+        if let Some(&known) = self.textures.get(&(index, None, false)) {
             return Ok(Shade::Texture(known));
         }
         object.ignore(&["format", "accel"]);
@@ -204,13 +198,13 @@ impl Builder<'_, '_> {
             uv_set: 0.0,
         };
         let texture = self.add_texture(object, texture);
-        self.textures.insert((index, false), texture);
+        self.textures.insert((index, None, false), texture);
         Ok(Shade::Texture(texture))
     }
 
     fn checkerboard(&mut self, index: usize, of: Of, is_width: bool) -> Read<Shade> {
         let object = self.object(index);
-        if let Some(&known) = self.textures.get(&(index, is_width)) {
+        if let Some(&known) = self.textures.get(&(index, Some(of), is_width)) {
             return Ok(Shade::Texture(known));
         }
         let mut check = |name: &str, default: f64| {
@@ -233,14 +227,14 @@ impl Builder<'_, '_> {
         let (checks_per_unit, turned) = match checks(to_uv) {
             Some(checks) => checks,
             None => {
-                let what = "a to_uv that turns a checkerboard, or moves it by part of a check";
+                let what = "a to_uv that rotates a checkerboard, or moves it by a fraction of a check";
                 self.reports.lacks(object.place, what, "it is left out");
                 ([2.0; 2], false)
             }
         };
         let (even, odd) = if turned { (odd, even) } else { (even, odd) };
         let texture = self.add_texture(object, CheckerboardTexture { even, odd, checks_per_unit });
-        self.textures.insert((index, is_width), texture);
+        self.textures.insert((index, Some(of), is_width), texture);
         Ok(Shade::Texture(texture))
     }
 
@@ -253,7 +247,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// How a picture lies over uv here.
+/// The transform of uv for a picture: scale, then rotation, then offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Placement {
     scale: [f64; 2],
@@ -263,8 +257,8 @@ struct Placement {
 }
 
 impl Placement {
-    /// That of a picture whose first row is at v = 0 in Mitsuba, and whose last one is there here: v becomes 1 − v. None
-    /// for a transform that shears.
+    /// The transform for a picture. Its first row is at v = 0 in Mitsuba and at v = 1 in stride, so v becomes 1 − v.
+    /// There is none if `to_uv` shears.
     fn of_picture((linear, offset): (DMat2, DVec2)) -> Option<Placement> {
         let down = |v: DVec2| DVec2::new(v.x, -v.y);
         let (u, v) = (down(linear.x_axis), down(linear.y_axis));
@@ -283,8 +277,8 @@ impl Placement {
     }
 }
 
-/// Checks for each unit, and whether the two kinds change places, of a checkerboard with two checks for each unit of
-/// transformed uv; none for a transform that turns, or moves by part of a check.
+/// Checks per unit, and whether the two colours are exchanged, for a checkerboard with two checks per unit of
+/// transformed uv. There is no result for a rotation, or for an offset by a fraction of a check.
 fn checks((linear, offset): (DMat2, DVec2)) -> Option<([f64; 2], bool)> {
     let straight = linear.x_axis.y == 0.0 && linear.y_axis.x == 0.0;
     let scale = DVec2::new(linear.x_axis.x, linear.y_axis.y) * 2.0;
@@ -312,7 +306,7 @@ mod tests {
         let turned = DMat2::from_angle(std::f64::consts::FRAC_PI_2);
         let placed = Placement::of_picture((turned * 2.0, DVec2::new(0.25, 0.5))).expect("no shear");
         assert_eq!(placed.rotate, -90.0);
-        // What u′ and v′ are here is what they are there, turned over.
+        // The transformed uv of both conventions agree, with v reversed.
         let (sin, cos) = placed.rotate.to_radians().sin_cos();
         for uv in [DVec2::new(0.0, 0.0), DVec2::new(1.0, 0.3), DVec2::new(-2.0, 5.0)] {
             let there = turned * 2.0 * uv + DVec2::new(0.25, 0.5);
@@ -335,7 +329,7 @@ mod tests {
         assert_eq!(of([5.0, 4.0], [0.1, 0.0]), None);
         assert_eq!(of([0.0, 4.0], [0.0, 0.0]), None);
         assert_eq!(checks((DMat2::from_angle(0.5), DVec2::ZERO)), None);
-        // As Mitsuba computes it: the second colour where just one of the fractions is above a half.
+        // Mitsuba's formula: the second colour if exactly one of the fractions is above a half.
         let (scale, offset) = ([-3.0, 2.0], [0.5, 1.0]);
         let (per_unit, turned) = of(scale, offset).expect("straight");
         for uv in [[0.1, 0.1], [0.3, 0.1], [0.1, 0.4], [0.9, 0.77]] {

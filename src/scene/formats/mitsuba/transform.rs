@@ -1,12 +1,12 @@
-//! Transforms: what their elements stand for, and the parts that are made of them.
+//! Transforms: their elements, and their decomposition.
 
 use super::text::{number, numbers, triple};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
-/// What is asked of the element of a step.
+/// The attributes of a step's element, by name.
 pub(super) type Attribute<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
 
-/// A step of a transform, by the name of its element; none for other elements. Its attributes are checked already.
+/// One step of a transform, by the name of its element, whose attributes have been checked; none for other elements.
 pub(super) fn step(element: &str, attribute: Attribute<'_>) -> Option<Result<DMat4, String>> {
     Some(match element {
         "translate" => vector(attribute, 0.0).map(DMat4::from_translation),
@@ -28,12 +28,12 @@ pub(super) fn attributes(element: &str) -> &'static [&'static str] {
     }
 }
 
-/// Of `value`, or of `x`, `y` and `z`.
+/// The vector in `value`, or in `x`, `y` and `z`.
 pub(super) fn vector(attribute: Attribute<'_>, default: f64) -> Result<DVec3, String> {
     let parts = ["x", "y", "z"].map(attribute);
     if let Some(value) = attribute("value") {
         if parts.iter().any(Option::is_some) {
-            return Err("value stands beside x, y or z".into());
+            return Err("value cannot be combined with x, y or z".into());
         }
         let triple = triple(value).map(DVec3::from);
         return triple.ok_or_else(|| "value must be one number or three".into());
@@ -41,7 +41,7 @@ pub(super) fn vector(attribute: Attribute<'_>, default: f64) -> Result<DVec3, St
     let mut vector = DVec3::splat(default);
     for (i, part) in parts.into_iter().enumerate() {
         if let Some(part) = part {
-            vector[i] = number(part).ok_or_else(|| format!("{} is no number", ["x", "y", "z"][i]))?;
+            vector[i] = number(part).ok_or_else(|| format!("{} is not a number", ["x", "y", "z"][i]))?;
         }
     }
     Ok(vector)
@@ -56,7 +56,7 @@ fn rotate(attribute: Attribute<'_>) -> Result<DMat4, String> {
     Ok(DMat4::from_axis_angle(crate::parameter::unit(axis), angle.to_radians()))
 }
 
-/// From a camera's space, which looks along z with y up and x to the left.
+/// The transform from a camera's space, which looks along z with y up and x to the left.
 fn look_at(attribute: Attribute<'_>) -> Result<DMat4, String> {
     let point = |name: &str| {
         let given = attribute(name).and_then(numbers).and_then(|numbers| numbers.try_into().ok());
@@ -88,13 +88,13 @@ fn matrix(attribute: Attribute<'_>) -> Result<DMat4, String> {
     }
 }
 
-/// The transform as one that keeps straight lines parallel, if it is one.
+/// The transform as an affine one, if it is affine.
 pub(super) fn affine(transform: &DMat4) -> Option<DAffine3> {
     let last = transform.row(3);
     (last == DVec4::W && transform.is_finite()).then(|| DAffine3::from_mat4(*transform))
 }
 
-/// How a transform scales all lengths, if it scales them alike.
+/// The factor by which a transform scales all lengths, if it is the same in all directions.
 pub(super) fn uniform_scale(linear: &DMat3) -> Option<f64> {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let scale = x.length();
@@ -104,7 +104,7 @@ pub(super) fn uniform_scale(linear: &DMat3) -> Option<f64> {
     (alike && square && scale > 0.0).then_some(scale)
 }
 
-/// The direction in which a transform leaves the normal of a surface, of length one.
+/// The unit normal of a transformed surface.
 pub(super) fn normal(linear: &DMat3, normal: DVec3) -> DVec3 {
     crate::parameter::unit(linear.inverse().transpose() * normal)
 }

@@ -1,46 +1,80 @@
-//! Variables: `$name` in attributes, with values of the command line, of `<default>`.
+//! Variables: `$name` in attributes, with values from the command line or from `<default>`.
 
 use super::limits::LONGEST_SUBSTITUTED;
 use std::collections::HashMap;
 
 #[derive(Debug)]
 struct Variable {
+    name: String,
     value: String,
-    /// Whether a file has used it, or has a default for it.
+    /// Whether a file has used it or has a default for it.
     known: bool,
 }
 
-/// The variables of a scene.
+/// The variables of a scene. Their names are in a tree of bytes, so that the longest name at the start of a text is
+/// found in one pass.
 #[derive(Debug, Default)]
 pub(super) struct Variables {
-    by_name: HashMap<String, Variable>,
-    /// The length of the longest name in bytes.
-    longest: usize,
+    all: Vec<Variable>,
+    /// The next node for a node and a byte; the root is 0.
+    edges: HashMap<(u32, u8), u32>,
+    /// The variable whose name ends at a node.
+    ends: HashMap<u32, usize>,
 }
 
 impl Variables {
-    /// Those of the command line. Of two values for a name the last counts.
+    /// The variables of the command line. If a name has several values, the last one counts.
     pub(super) fn given(defines: &[(String, String)]) -> Variables {
         let mut variables = Variables::default();
-        defines.iter().for_each(|(name, value)| variables.set(name, value, false));
+        for (name, value) in defines {
+            match variables.exactly(name) {
+                Some(known) => variables.all[known].value.clone_from(value),
+                None => variables.add(name, value, false),
+            }
+        }
         variables
     }
 
-    fn set(&mut self, name: &str, value: &str, known: bool) {
-        self.longest = self.longest.max(name.len());
-        self.by_name.insert(name.to_owned(), Variable { value: value.to_owned(), known });
+    fn add(&mut self, name: &str, value: &str, known: bool) {
+        let mut node = 0;
+        for byte in name.bytes() {
+            let next = self.edges.len() as u32 + 1;
+            node = *self.edges.entry((node, byte)).or_insert(next);
+        }
+        self.ends.insert(node, self.all.len());
+        self.all.push(Variable { name: name.to_owned(), value: value.to_owned(), known });
     }
 
-    /// Gives a variable a value if it has none.
+    /// The variable with the longest name that is a prefix of a text.
+    fn longest(&self, text: &str) -> Option<usize> {
+        let mut node = 0;
+        let mut found = None;
+        for byte in text.bytes() {
+            match self.edges.get(&(node, byte)) {
+                Some(&next) => node = next,
+                None => break,
+            }
+            found = self.ends.get(&node).copied().or(found);
+        }
+        found
+    }
+
+    /// The variable with this name.
+    fn exactly(&self, name: &str) -> Option<usize> {
+        self.longest(name).filter(|&found| self.all[found].name == name)
+    }
+
+    /// Sets the default of a variable that has no value. Its name contains no dollar sign, so that a text is searched
+    /// for names in one pass.
     pub(super) fn fall_back(&mut self, name: &str, value: &str) {
-        match self.by_name.get_mut(name) {
-            Some(variable) => variable.known = true,
-            None => self.set(name, value, true),
+        match self.exactly(name) {
+            Some(variable) => self.all[variable].known = true,
+            None => self.add(name, value, true),
         }
     }
 
-    /// A text with the values of its variables, of which the longest name that fits counts; or the name of one that
-    /// is unknown. `\$` is a dollar sign.
+    /// A text with the values of its variables, or the name of an unknown variable. The longest matching name counts.
+    /// `\$` is a dollar sign.
     pub(super) fn put_into(&mut self, text: &str) -> Result<String, String> {
         let mut done = String::new();
         let mut rest = text;
@@ -54,30 +88,26 @@ impl Variables {
                 continue;
             }
             done += before;
-            let longest = self.longest.min(after.len());
-            let name = (1..=longest)
-                .rev()
-                .filter_map(|end| after.get(..end))
-                .find(|name| self.by_name.contains_key(*name));
-            let Some(variable) = name.and_then(|name| self.by_name.get_mut(name)) else {
+            let Some(found) = self.longest(after) else {
                 let end = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(after.len());
                 return Err(after[..end].to_owned());
             };
+            let variable = &mut self.all[found];
             variable.known = true;
             done += &variable.value;
             if done.len() > LONGEST_SUBSTITUTED {
-                // It is too long already, and refused by the caller.
+                // The text is already too long. The caller refuses it.
                 return Ok(done);
             }
-            rest = &after[name.map_or(0, str::len)..];
+            rest = &after[variable.name.len()..];
         }
         Ok(done + rest)
     }
 
-    /// The names of the command line that no file knows, in order.
+    /// The names from the command line that no file uses, in order.
     pub(super) fn unused(&self) -> Vec<String> {
-        let unused = self.by_name.iter().filter(|(_, variable)| !variable.known);
-        let mut names: Vec<_> = unused.map(|(name, _)| name.clone()).collect();
+        let unused = self.all.iter().filter(|variable| !variable.known);
+        let mut names: Vec<_> = unused.map(|variable| variable.name.clone()).collect();
         names.sort_unstable();
         names
     }
@@ -97,10 +127,32 @@ mod tests {
         assert_eq!(put("$spp"), Ok("8".into()));
         assert_eq!(put("x$sppx y$depth."), Ok("x9 y5.".into()));
         assert_eq!(put("\\$spp $spp"), Ok("$spp 8".into()));
-        // Values are not looked into: no text grows by more than they are long.
+        // Variables in values are not replaced, so each text grows by at most the lengths of its values.
         assert_eq!(put("$a"), Ok("$spp".into()));
         assert_eq!(put("$none!"), Err("none".into()));
         assert_eq!(put("é$"), Err(String::new()));
+    }
+
+    #[test]
+    fn the_last_value_of_the_command_line_counts_and_then_the_first_default() {
+        let given = [("a", "1"), ("a", "2"), ("ab", "3")].map(|(n, v)| (n.to_owned(), v.to_owned()));
+        let mut variables = Variables::given(&given);
+        variables.fall_back("a", "4");
+        variables.fall_back("é", "5");
+        variables.fall_back("é", "6");
+        assert_eq!(variables.put_into("$a $ab $é $abc"), Ok("2 3 5 3c".into()));
+        assert_eq!(variables.unused(), [""; 0]);
+    }
+
+    /// Each search ends at the next dollar sign, so that together they read each byte once.
+    #[test]
+    fn a_long_name_makes_no_text_slow() {
+        let mut variables = Variables::default();
+        variables.fall_back("a", "");
+        variables.fall_back(&"a".repeat(1 << 18), "long");
+        // A search of all prefixes would hash 2⁵² bytes.
+        let text = format!("{}{}", "$a".repeat(1 << 17), "a".repeat((1 << 18) - 1));
+        assert_eq!(variables.put_into(&text), Ok("long".into()));
     }
 
     #[test]

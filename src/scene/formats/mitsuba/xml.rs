@@ -1,15 +1,16 @@
-//! From XML files to objects: elements, variables, files that are included, names of objects.
+//! From XML files to objects: elements, variables, included files, and references.
 
-use super::files::Files;
-use super::input::{explained, limited, offset};
+use super::contents::Contents;
+use super::files::{Files, Folders};
+use super::input::{explained, offset, too_much_xml};
 use super::limits::{
-    LONGEST_SPECTRUM, LONGEST_SUBSTITUTED, MOST_BYTES, MOST_ELEMENTS, MOST_FOLDERS, MOST_INCLUDES,
-    MOST_NESTING,
+    LONGEST_SUBSTITUTED, MOST_BYTES, MOST_ELEMENTS, MOST_FOLDERS, MOST_GROWTH, MOST_INCLUDES, MOST_NESTING,
 };
 use super::nesting;
 use super::object::{Document, Object, Property, Tag, Value};
 use super::report::{Place, Read, Reports};
 use super::spectrum::Spectrum;
+use super::tags;
 use super::text::{number, triple};
 use super::transform;
 use super::variables::Variables;
@@ -17,9 +18,8 @@ use crate::scene::spelling::{instead, quote};
 use glam::DMat4;
 use roxmltree::{Node, ParsingOptions};
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Elements that are not objects.
@@ -40,7 +40,7 @@ const OTHERS: [&str; 14] = [
     "vector",
 ];
 
-/// A reference to an object that may come later.
+/// A reference to an object that may be defined later.
 struct Reference {
     object: usize,
     property: usize,
@@ -48,7 +48,7 @@ struct Reference {
     place: Place,
 }
 
-/// What is known while files are read.
+/// The state of reading.
 pub(super) struct Parser<'a> {
     pub(super) reports: &'a mut Reports,
     files: &'a Files,
@@ -56,12 +56,15 @@ pub(super) struct Parser<'a> {
     objects: Vec<Object>,
     ids: HashMap<String, usize>,
     references: Vec<Reference>,
-    folders: Arc<Vec<PathBuf>>,
+    folders: Folders,
+    contents: Contents,
     elements: usize,
     bytes: u64,
+    /// The growth of attributes by values of variables, in bytes.
+    grown: u64,
 }
 
-/// An element, its attributes with the values of variables in them, and the file that it is in.
+/// An element, its attributes with the values of variables inserted, and its file.
 struct Element<'a> {
     name: &'a str,
     attributes: Vec<(&'a str, Cow<'a, str>)>,
@@ -79,10 +82,9 @@ pub(super) fn parse(
     path: &Path,
     text: Arc<str>,
     defines: &[(String, String)],
-    files: &Files,
+    (files, folders): (&Files, Folders),
     reports: &mut Reports,
 ) -> Read<Document> {
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let mut parser = Parser {
         reports,
         files,
@@ -90,9 +92,11 @@ pub(super) fn parse(
         objects: Vec::new(),
         ids: HashMap::new(),
         references: Vec::new(),
-        folders: Arc::new(vec![folder]),
+        folders,
+        contents: Contents::default(),
         elements: 0,
         bytes: 0,
+        grown: 0,
     };
     let file = parser.reports.add_file(path, Arc::clone(&text));
     let whole = Place { file, at: 0 };
@@ -102,11 +106,11 @@ pub(super) fn parse(
         parser.reports.warn(whole, message, None);
     }
     parser.resolve()?;
-    Ok(Document { objects: parser.objects })
+    Ok(Document::new(parser.objects))
 }
 
 impl Parser<'_> {
-    /// Reads the text of a file, which may be included by an object.
+    /// Reads the text of a file, which may be included inside an object.
     fn file(
         &mut self,
         text: Arc<str>,
@@ -117,11 +121,13 @@ impl Parser<'_> {
         let file = whole.file;
         self.bytes += text.len() as u64;
         if self.bytes > MOST_BYTES {
-            let message = format!("the XML files of this scene are larger than {} MiB", MOST_BYTES >> 20);
-            return Err(self.reports.error(whole, message));
+            return Err(self.reports.error(whole, too_much_xml()));
+        }
+        if let Some((at, message)) = tags::problem(&text) {
+            return Err(self.reports.error(Place { file, at }, message));
         }
         let left = MOST_ELEMENTS - self.elements.min(MOST_ELEMENTS);
-        // Beside elements there are texts between them, and comments.
+        // Nodes are elements, comments, and the texts between them.
         let options = ParsingOptions { nodes_limit: (4 * left + 1024) as u32, ..ParsingOptions::default() };
         let tree = match roxmltree::Document::parse_with_options(&text, options) {
             Ok(tree) => tree,
@@ -141,6 +147,7 @@ impl Parser<'_> {
                 }
                 self.version(&element)?;
                 let scene = self.object(Tag::Scene, &element)?;
+                // The names in it have no meaning, and are never read.
                 self.inside(root, scene, file, depth)
             }
             Some((object, _)) if element.name == "scene" => self.inside(root, object, file, depth),
@@ -148,7 +155,7 @@ impl Parser<'_> {
         }
     }
 
-    /// That a scene is of a version that is read here.
+    /// Checks the version of a scene.
     fn version(&mut self, element: &Element<'_>) -> Read<()> {
         let Some(version) = element.get("version") else {
             return Err(self.reports.error(element.place, "<scene> has no version"));
@@ -159,16 +166,16 @@ impl Parser<'_> {
             Some(_) => {
                 let message = format!("this file is of Mitsuba {}", quote(version));
                 let help = "files of Mitsuba 2 and 3 are read; Mitsuba 3 itself converts older ones";
-                Err(self.reports.error_with(element.place, message, Some(help.into())))
+                Err(self.reports.error_with(element.place, message, || Some(help.into())))
             }
             None => {
-                let message = format!("version {} is none", quote(version));
+                let message = format!("{} is not a version", quote(version));
                 Err(self.reports.error(element.place, message))
             }
         }
     }
 
-    /// An element with the values of variables put in.
+    /// An element with the values of variables inserted.
     fn element<'n>(&mut self, node: Node<'n, '_>, file: usize) -> Read<Element<'n>> {
         let place = Place { file, at: node.range().start };
         self.elements += 1;
@@ -181,15 +188,24 @@ impl Parser<'_> {
             let value = match attribute.value() {
                 plain if !plain.contains('$') => Cow::Borrowed(plain),
                 text => match self.variables.put_into(text) {
-                    Ok(value) if value.len() <= LONGEST_SUBSTITUTED => Cow::Owned(value),
+                    Ok(value) if value.len() <= LONGEST_SUBSTITUTED => {
+                        self.grown += value.len().saturating_sub(text.len()) as u64;
+                        if self.grown > MOST_GROWTH + self.bytes {
+                            let message =
+                                "the values of variables take more room than all files of the scene";
+                            return Err(self.reports.error(place, message));
+                        }
+                        Cow::Owned(value)
+                    }
                     Ok(_) => {
-                        let message = format!("with its variables {} is too long", attribute.name());
+                        let message =
+                            format!("{} is too long with the values of its variables", attribute.name());
                         return Err(self.reports.error(place, message));
                     }
                     Err(name) => {
                         let message = format!("there is no variable {}", quote(&format!("${name}")));
-                        let help = format!("-D {name}=VALUE gives it a value, or <default>");
-                        return Err(self.reports.error_with(place, message, Some(help)));
+                        let help = format!("set it with -D {name}=VALUE or <default>");
+                        return Err(self.reports.error_with(place, message, || Some(help)));
                     }
                 },
             };
@@ -198,19 +214,19 @@ impl Parser<'_> {
         Ok(Element { name: node.tag_name().name(), attributes, place })
     }
 
-    /// Refuses attributes that an element has not.
+    /// Reports unknown attributes of an element.
     fn only(&mut self, element: &Element<'_>, known: &[&'static str]) -> Read<()> {
         match element.attributes.iter().find(|(name, _)| !known.contains(name)) {
             None => Ok(()),
             Some((name, _)) => {
                 let message = format!("<{}> has no attribute {}", element.name, quote(name));
-                let help = instead(name, known.iter().copied());
+                let help = || instead(name, known.iter().copied());
                 Err(self.reports.error_with(element.place, message, help))
             }
         }
     }
 
-    /// An attribute that must be there.
+    /// A required attribute.
     fn needed<'e>(&mut self, element: &'e Element<'_>, name: &str) -> Read<&'e str> {
         element
             .get(name)
@@ -231,23 +247,15 @@ impl Parser<'_> {
         if !id.is_empty() && self.ids.insert(id.to_owned(), index).is_some() {
             return Err(self.reports.error(element.place, format!("two objects have the id {}", quote(id))));
         }
-        self.objects.push(Object {
-            tag,
-            plugin: plugin.to_owned(),
-            id: id.to_owned(),
-            place: element.place,
-            properties: Vec::new(),
-            folders: Arc::clone(&self.folders),
-            read: Cell::new(false),
-        });
+        self.objects.push(Object::new(tag, plugin, id, element.place, self.folders.clone()));
         Ok(index)
     }
 
-    /// Reads what is inside of an object's element.
+    /// Reads the children of an object's element.
     fn inside(&mut self, node: Node<'_, '_>, object: usize, file: usize, depth: usize) -> Read<()> {
         let mut outcome = Ok(());
         for child in node.children().filter(Node::is_element) {
-            // All errors of a file are told, each once.
+            // Each error is reported once, and reading continues.
             if let Err(reported) = self.child(child, object, file, depth + 1, None) {
                 outcome = Err(reported);
             }
@@ -255,7 +263,7 @@ impl Parser<'_> {
         outcome
     }
 
-    /// Reads an element inside of an object, under another name than its own if it was included under one.
+    /// Reads a child of an object's element. An included element may have another name than its own.
     fn child(
         &mut self,
         node: Node<'_, '_>,
@@ -275,8 +283,9 @@ impl Parser<'_> {
         let tag = if is_plugin { Some(Tag::Texture) } else { Tag::of(element.name) };
         if let Some(tag) = tag.filter(|&tag| tag != Tag::Scene) {
             let object = self.object(tag, &element)?;
-            self.property(parent, name, Value::Object(object), element.place)?;
-            return self.inside(node, object, file, depth);
+            self.property(parent, name, Value::Object(object), element.place);
+            let outcome = self.inside(node, object, file, depth);
+            return self.sorted(object).and(outcome);
         }
         let value = match element.name {
             "include" => return self.include(&element, parent, &name, depth),
@@ -284,6 +293,10 @@ impl Parser<'_> {
             "default" => {
                 self.only(&element, &["name", "value"])?;
                 let (name, value) = (self.needed(&element, "name")?, self.needed(&element, "value")?);
+                if name.is_empty() || name.contains('$') {
+                    let message = format!("a variable cannot be called {}", quote(name));
+                    return Err(self.reports.error(element.place, message));
+                }
                 self.variables.fall_back(name, value);
                 return Ok(());
             }
@@ -296,31 +309,33 @@ impl Parser<'_> {
                 self.references.push(Reference { object, property, id, place });
                 Value::Object(usize::MAX)
             }
-            "transform" => Value::Transform(self.transform(node, &element, file)?),
+            "transform" => Value::Transform(Box::new(self.transform(node, &element, file)?)),
             other if OTHERS.contains(&other) => self.value(&element)?,
             other => {
                 let message = format!("unknown element <{}>", quote(other).trim_matches('"'));
                 let known = Tag::ALL.iter().skip(1).map(|(name, _)| *name).chain(OTHERS);
-                return Err(self.reports.error_with(element.place, message, instead(other, known)));
+                return Err(self.reports.error_with(element.place, message, || instead(other, known)));
             }
         };
         if name.is_empty() && !matches!(value, Value::Object(_)) {
             return Err(self.reports.error(element.place, format!("<{}> has no name", element.name)));
         }
-        self.property(parent, name, value, element.place)
+        self.property(parent, name, value, element.place);
+        Ok(())
     }
 
-    /// Adds a property, whose name must be new.
-    fn property(&mut self, object: usize, name: String, value: Value, place: Place) -> Read<()> {
-        let owner = &mut self.objects[object];
-        // A scene has hundreds of thousands of objects, whose names say nothing.
-        let counts = !name.is_empty() && owner.tag != Tag::Scene;
-        if counts && owner.properties.iter().any(|property| property.name == name) {
-            let message = format!("{} is given twice", quote(&name));
-            return Err(self.reports.error(place, message));
+    /// Adds a property.
+    fn property(&mut self, object: usize, name: String, value: Value, place: Place) {
+        self.objects[object].properties.push(Property { name, value, place, used: false.into() });
+    }
+
+    /// Sorts the properties of an object, when all have been added. Their names must be unique.
+    fn sorted(&mut self, object: usize) -> Read<()> {
+        let mut outcome = Ok(());
+        for Property { name, place, .. } in self.objects[object].sort() {
+            outcome = Err(self.reports.error(*place, format!("{} is given twice", quote(name))));
         }
-        owner.properties.push(Property { name, value, place, used: Cell::new(false) });
-        Ok(())
+        outcome
     }
 
     /// The value of an element that has one.
@@ -365,10 +380,7 @@ impl Parser<'_> {
             (Some(value), None) => Spectrum::parse(value),
             (None, Some(name)) => {
                 let path = self.find(name, place)?;
-                match limited(&path, LONGEST_SPECTRUM) {
-                    Ok(text) => Spectrum::of_file(&text).map_err(|error| format!("{}: {error}", quote(name))),
-                    Err(error) => Err(format!("{}: {error}", quote(name))),
-                }
+                self.contents.spectrum(&path).map_err(|error| format!("{}: {error}", quote(name)))
             }
             _ => Err("<spectrum> has either a value or a filename".into()),
         };
@@ -389,7 +401,7 @@ impl Parser<'_> {
                 None => {
                     let message = format!("<{}> is no step of a transform", step.name);
                     let known = ["translate", "scale", "rotate", "lookat", "matrix"];
-                    let help = instead(step.name, known.into_iter());
+                    let help = || instead(step.name, known.into_iter());
                     return Err(self.reports.error_with(step.place, message, help));
                 }
             }
@@ -403,7 +415,7 @@ impl Parser<'_> {
         let Some(&object) = self.ids.get(id) else {
             return Err(self
                 .reports
-                .error(element.place, format!("nothing before has the id {}", quote(id))));
+                .error(element.place, format!("no object before it has the id {}", quote(id))));
         };
         match self.ids.insert(other.to_owned(), object) {
             None => Ok(()),
@@ -418,72 +430,65 @@ impl Parser<'_> {
         self.only(element, &["value"])?;
         let value = self.needed(element, "value")?;
         if parent != 0 {
-            return Err(self.reports.error(element.place, "<path> stands directly inside of <scene>"));
+            return Err(self.reports.error(element.place, "<path> must be a child of <scene>"));
         }
         let own = self.reports.path(element.place.file).parent().unwrap_or(Path::new("")).join(value);
-        self.look_first_in(own, element.place)?;
-        Ok(())
+        self.look_first_in(&own, element.place)
     }
 
     fn include(&mut self, element: &Element<'_>, parent: usize, name: &str, depth: usize) -> Read<()> {
         self.only(element, &["filename", "name"])?;
         let file = self.needed(element, "filename")?;
         let path = self.find(file, element.place)?;
-        let text = match limited(&path, MOST_BYTES) {
+        let text = match self.contents.text(&path, MOST_BYTES - self.bytes.min(MOST_BYTES)) {
             Ok(text) => text,
             Err(error) => return Err(self.reports.error(element.place, format!("{}: {error}", quote(file)))),
         };
         let index = self.reports.add_file(&path, Arc::clone(&text));
-        // A file that includes itself does so until here.
+        // A file that includes itself ends here.
         if self.includes(element.place.file) >= MOST_INCLUDES {
             let message = format!("files include each other more than {MOST_INCLUDES} deep");
             return Err(self.reports.error(element.place, message));
         }
         self.reports.included_by(index, element.place.file);
-        let before = Arc::clone(&self.folders);
-        self.look_first_in(path.parent().unwrap_or(Path::new("")).to_path_buf(), element.place)?;
+        let before = self.folders.clone();
+        self.look_first_in(path.parent().unwrap_or(Path::new("")), element.place)?;
         let outcome = self.file(text, Place { file: index, at: 0 }, Some((parent, name)), depth);
         self.folders = before;
         outcome
     }
 
-    /// Adds a folder before those in which files are looked for.
-    fn look_first_in(&mut self, folder: PathBuf, place: Place) -> Read<()> {
-        if self.folders.len() >= MOST_FOLDERS {
-            let message = format!("files are looked for in more than {MOST_FOLDERS} folders");
+    /// Adds a folder, which is searched first.
+    fn look_first_in(&mut self, folder: &Path, place: Place) -> Read<()> {
+        if self.folders.count() >= MOST_FOLDERS {
+            let message = format!("files are searched for in more than {MOST_FOLDERS} folders");
             return Err(self.reports.error(place, message));
         }
-        let mut folders = vec![folder];
-        folders.extend(self.folders.iter().cloned());
-        self.folders = Arc::new(folders);
+        self.folders = self.files.before(folder.to_path_buf(), &self.folders);
         Ok(())
     }
 
-    /// How many files include each other to get to a file.
+    /// The number of nested inclusions at a file.
     fn includes(&self, file: usize) -> usize {
         std::iter::successors(Some(file), |&file| self.reports.includer(file)).count()
     }
 
-    fn find(&mut self, name: &str, place: Place) -> Read<PathBuf> {
+    fn find(&mut self, name: &str, place: Place) -> Read<Arc<Path>> {
         let found = self.files.find(name, &self.folders);
-        found.map_err(|(message, help)| self.reports.error_with(place, message, help))
+        found.map_err(|(message, help)| self.reports.error_with(place, message, || help))
     }
 
-    /// Puts objects in place of references, and makes sure that none contains itself and that they are not nested too
-    /// deep.
+    /// Replaces references by objects, and checks that no object contains itself and that none is nested too deep.
     fn resolve(&mut self) -> Read<()> {
         let mut outcome = Ok(());
         for Reference { object, property, id, place } in std::mem::take(&mut self.references) {
             match self.ids.get(&id) {
-                Some(&named) => {
-                    // A reference whose element was refused is not there.
-                    if let Some(property) = self.objects[object].properties.get_mut(property) {
-                        property.value = Value::Object(named);
-                    }
-                }
+                Some(&named) => self.objects[object].properties[property].value = Value::Object(named),
                 None => {
                     let message = format!("no object has the id {}", quote(&id));
-                    let help = instead(&id, self.ids.keys().map(String::as_str));
+                    // In the order of the file, so that the message does not depend on the order of hashes.
+                    let ids = self.objects.iter().map(|object| object.id.as_str());
+                    let help = || instead(&id, ids.filter(|id| !id.is_empty()));
                     outcome = Err(self.reports.error_with(place, message, help));
                 }
             }

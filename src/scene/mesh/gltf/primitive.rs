@@ -20,6 +20,9 @@ const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
+/// The note about second sets of uv that cannot be read.
+const BROKEN_SECOND_UV: &str = "second sets of uv that are invalid are left out";
+
 /// The numbers of items in a primitive that are not read or are repaired, by message.
 pub(super) type Counts = BTreeMap<&'static str, u64>;
 
@@ -77,6 +80,14 @@ pub(super) fn add(
     let normals = attribute("NORMAL").map(|a| buffers.floats::<3>(document, a)).transpose()?;
     let uv = attribute("TEXCOORD_0").map(|a| buffers.floats::<2>(document, a)).transpose()?;
     let vertices = positions.count();
+    // Most scenes have no use for the second set, so that a broken one is no reason to refuse a file.
+    let second_uv = attribute("TEXCOORD_1").and_then(|a| {
+        let read = buffers.floats::<2>(document, a).ok().filter(|uv| uv.count() == vertices);
+        if read.is_none() {
+            add_one(counts, BROKEN_SECOND_UV);
+        }
+        read
+    });
     if attribute("COLOR_0").is_some() {
         counts.insert(parts::VERTEX_COLOURS, vertices as u64);
     }
@@ -97,12 +108,20 @@ pub(super) fn add(
     let replacing = Room::replacing(positions.replacing())
         + Room::replacing(normals.as_ref().map_or(0, |n| n.replacing()))
         + Room::replacing(uv.as_ref().map_or(0, |uv| uv.replacing()))
+        + second_uv.as_ref().map_or(0, |uv| Room::replacing(uv.replacing()) + 8 * vertices as u64)
         + Room::replacing(indices.as_ref().map_or(0, Indices::replacing));
     buffers.room.take(vertices, count, replacing)?;
 
     let positions = positions.decode()?;
     let normals = normals.map(|normals| normals.decode()).transpose()?;
     let uv = uv.map(|uv| uv.decode()).transpose()?;
+    let second_uv = second_uv.and_then(|uv| {
+        let read = uv.decode().ok();
+        if read.is_none() {
+            add_one(counts, BROKEN_SECOND_UV);
+        }
+        read
+    });
     let indices = match indices {
         Some(indices) => indices.decode()?,
         None => (0..vertices as u32).collect(),
@@ -162,10 +181,12 @@ pub(super) fn add(
             }
             narrow(normal.to_array())
         });
-        let uv = uv.as_ref().map(|uv| {
-            parts::uv(uv[i]).unwrap_or_else(|| {
-                add_one(counts, parts::NO_UV);
-                [0.0; 2]
+        let uv = [&uv, &second_uv].map(|uv| {
+            uv.as_ref().map(|uv| {
+                parts::uv(uv[i]).unwrap_or_else(|| {
+                    add_one(counts, parts::NO_UV);
+                    [0.0; 2]
+                })
             })
         });
         first.get_or_insert(to.vertex(part, position, normal, uv));

@@ -1,8 +1,8 @@
-//! Files that are wrong, each in one way, and what the reader says about them.
+//! Files with one error each, and the messages of the reader.
 
 use super::{errors, whole};
 
-/// A test that a scene with these elements, from line 2 on, is refused with these messages.
+/// A test that a scene with the elements `$body`, from line 2 on, is refused with the messages.
 macro_rules! broken {
     ($name:ident, $body:expr, [$($message:expr),+ $(,)?]) => {
         #[test]
@@ -13,7 +13,7 @@ macro_rules! broken {
     };
 }
 
-/// The same of a whole text.
+/// A test that a file with this text is refused with the messages.
 macro_rules! broken_text {
     ($name:ident, $text:expr, [$($message:expr),+ $(,)?]) => {
         #[test]
@@ -33,7 +33,7 @@ broken_text!(
 broken_text!(
     a_document_type,
     "<!DOCTYPE a [<!ENTITY b \"c\">]><scene version=\"3.0.0\"/>",
-    ["1:1: a document type declaration is not read"]
+    ["1:1: document type declarations are not supported"]
 );
 broken_text!(
     another_root,
@@ -48,7 +48,7 @@ broken_text!(
         "1:1: this file is of Mitsuba \"0.6.0\"; files of Mitsuba 2 and 3 are read; Mitsuba 3 itself converts older ones"
     ]
 );
-broken_text!(no_number_for_a_version, "<scene version=\"new\"/>", ["1:1: version \"new\" is none"]);
+broken_text!(no_number_for_a_version, "<scene version=\"new\"/>", ["1:1: \"new\" is not a version"]);
 broken_text!(no_sensor, "<scene version=\"3.0.0\"/>", ["1:1: the scene has no sensor"]);
 
 broken!(
@@ -85,7 +85,7 @@ broken!(
 broken!(
     an_unknown_variable,
     "<shape type=\"$kind\"/>",
-    ["2:1: there is no variable \"$kind\"; -D kind=VALUE gives it a value, or <default>"]
+    ["2:1: there is no variable \"$kind\"; set it with -D kind=VALUE or <default>"]
 );
 broken!(
     a_number_that_is_none,
@@ -130,7 +130,7 @@ broken!(
 broken!(
     a_value_beside_coordinates,
     "<shape type=\"sphere\"><point name=\"center\" value=\"1\" x=\"2\"/></shape>",
-    ["2:22: value stands beside x, y or z"]
+    ["2:22: value cannot be combined with x, y or z"]
 );
 broken!(
     a_spectrum_that_goes_back,
@@ -229,8 +229,12 @@ broken!(
     "<shape type=\"ply\"><string name=\"filename\" value=\"nowhere.ply\"/></shape>",
     ["2:19: there is no file \"nowhere.ply\" in the scene's folder, nor where <path> points"]
 );
-broken!(an_instance_of_nothing, "<shape type=\"instance\"/>", ["2:1: an instance is of a shapegroup"]);
-broken!(a_light_on_no_surface, "<emitter type=\"area\"/>", ["2:1: an area light stands inside of a shape"]);
+broken!(
+    an_instance_of_nothing,
+    "<shape type=\"instance\"/>",
+    ["2:1: an instance must refer to a shapegroup"]
+);
+broken!(a_light_on_no_surface, "<emitter type=\"area\"/>", ["2:1: an area light must be inside a shape"]);
 broken!(
     a_light_without_a_direction,
     "<emitter type=\"directional\"><vector name=\"direction\" value=\"0\"/></emitter>",
@@ -244,12 +248,83 @@ broken!(
 broken!(
     a_path_in_an_object,
     "<shape type=\"sphere\"><path value=\"a\"/></shape>",
-    ["2:22: <path> stands directly inside of <scene>"]
+    ["2:22: <path> must be a child of <scene>"]
 );
 broken!(
     a_depth_below_all,
     "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>",
-    ["2:1: max_depth must be from −1 to 10001, not -2"]
+    ["2:1: max_depth must be −1, or 0 and above, not -2"]
+);
+broken!(
+    an_instance_in_a_group,
+    "<shape type=\"shapegroup\" id=\"a\"><shape type=\"cube\"/></shape>\n<shape type=\"shapegroup\" id=\"b\"><shape type=\"merge\"><shape type=\"instance\"><ref id=\"a\"/></shape></shape></shape>\n<shape type=\"instance\"><ref id=\"b\"/></shape>",
+    ["3:53: a shapegroup cannot contain an instance"]
+);
+broken!(
+    many_attributes,
+    &format!("<shape {}/>", (0..40).map(|i| format!("a{i}=\"\" ")).collect::<String>()),
+    ["2:1: an element has more than 32 attributes"]
+);
+broken!(a_namespace, "<shape xmlns:a=\"b\" type=\"sphere\"/>", ["2:1: namespaces of XML are not read"]);
+broken!(
+    a_variable_with_a_dollar_sign_in_its_name,
+    "<default name=\"a\\$b\" value=\"1\"/>",
+    ["2:1: a variable cannot be called \"a$b\""]
+);
+broken!(
+    a_variable_without_a_name,
+    "<default name=\"\" value=\"1\"/>",
+    ["2:1: a variable cannot be called \"\""]
+);
+broken!(
+    an_alias_of_nothing,
+    "<alias id=\"a\" as=\"b\"/>\n<bsdf type=\"diffuse\" id=\"a\"/>",
+    ["2:1: no object before it has the id \"a\""]
+);
+broken!(
+    an_alias_that_is_there_already,
+    "<bsdf type=\"diffuse\" id=\"a\"/>\n<alias id=\"a\" as=\"a\"/>",
+    ["3:1: two objects have the id \"a\""]
+);
+broken!(
+    an_index_below_zero,
+    "<shape type=\"sphere\"><bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"-1\"/></bsdf></shape>",
+    ["2:22: the indices of bsdf \"dielectric\" must be above 0"]
+);
+broken!(
+    a_blend_of_one,
+    "<shape type=\"sphere\"><bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/></bsdf></shape>",
+    ["2:22: bsdf \"blendbsdf\" needs two bsdfs in it"]
+);
+broken!(
+    a_bump_map_without_a_map,
+    "<shape type=\"sphere\"><bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf></shape>",
+    ["2:22: bsdf \"bumpmap\" has no texture in it"]
+);
+broken!(
+    a_normal_map_without_a_map,
+    "<shape type=\"sphere\"><bsdf type=\"normalmap\"><bsdf type=\"diffuse\"/></bsdf></shape>",
+    ["2:22: bsdf \"normalmap\" has no texture normalmap"]
+);
+broken!(
+    wavelengths_and_values_of_two_numbers,
+    "<emitter type=\"constant\"><texture type=\"irregular\" name=\"radiance\"><string name=\"wavelengths\" value=\"400 500\"/><string name=\"values\" value=\"1\"/></texture></emitter>",
+    ["2:26: 2 wavelengths and 1 values"]
+);
+broken!(
+    an_integrator_around_nothing,
+    "<integrator type=\"moment\"/>",
+    ["2:1: integrator \"moment\" has no integrator in it"]
+);
+broken!(
+    a_picture_that_is_not_there,
+    "<emitter type=\"envmap\"><string name=\"filename\" value=\"nowhere.exr\"/></emitter>",
+    ["2:24: there is no file \"nowhere.exr\" in the scene's folder, nor where <path> points"]
+);
+broken!(
+    an_include_that_is_not_there,
+    "<include filename=\"nowhere.xml\"/>",
+    ["2:1: there is no file \"nowhere.xml\" in the scene's folder, nor where <path> points"]
 );
 broken!(
     several_errors_are_told_at_once,
@@ -261,7 +336,7 @@ broken!(
     ]
 );
 
-/// A scene whose only sensor is this.
+/// A scene with one sensor.
 fn sensor(sensor: &str) -> String {
     format!("<scene version=\"3.0.0\">\n{sensor}\n</scene>")
 }
@@ -305,5 +380,5 @@ broken_text!(
 broken_text!(
     a_sensor_that_is_no_camera,
     &sensor("<sensor type=\"radiancemeter\"/>"),
-    ["2:1: sensor \"radiancemeter\" has no counterpart; perspective, thinlens and orthographic have one"]
+    ["2:1: sensor \"radiancemeter\" has no counterpart; use perspective, thinlens or orthographic"]
 );

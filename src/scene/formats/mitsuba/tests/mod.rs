@@ -1,6 +1,7 @@
-//! Whole scenes: what becomes of them, what is said of those that are wrong, and what is said of what has no counterpart.
+//! Whole scenes: their conversion, errors, and reports of parts without a counterpart.
 
 mod broken;
+mod converted;
 mod files;
 mod lacking;
 mod limits;
@@ -12,7 +13,7 @@ use crate::scene::toml::Loaded;
 use crate::scene::{Scene, SceneErrors};
 use std::path::Path;
 
-/// A scene with a small film in line 1, and what is given from line 2 on.
+/// A scene with a small film in line 1, and `body` from line 2 on.
 fn whole(body: &str) -> String {
     format!("<scene version=\"3.0.0\"><sensor type=\"perspective\" id=\"main\"/>\n{body}\n</scene>")
 }
@@ -21,7 +22,7 @@ fn read_with(text: &str, options: &LoadOptions) -> Result<Loaded, SceneErrors> {
     parse(text, Path::new("a.xml"), options)
 }
 
-/// What the reader makes of a text.
+/// The result of reading a text.
 fn read(text: &str) -> Loaded {
     read_with(text, &LoadOptions::default()).unwrap_or_else(|errors| panic!("{errors}\n{text}"))
 }
@@ -31,7 +32,7 @@ fn scene(body: &str) -> Scene {
     read(&whole(body)).scene
 }
 
-/// The warnings of a scene with these elements, but for that about darkness.
+/// The warnings about a scene with these elements, except the one about darkness.
 fn warnings(body: &str) -> Vec<String> {
     let dark = "nothing in the scene shines";
     let warnings = read(&whole(body)).warnings.into_iter().filter(|warning| warning.message != dark);

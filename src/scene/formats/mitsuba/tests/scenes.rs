@@ -1,4 +1,4 @@
-//! What becomes of plugins and their defaults.
+//! The conversion of plugins and their defaults.
 
 use super::super::super::LoadOptions;
 use super::{read, read_with, scene, whole};
@@ -23,7 +23,7 @@ fn defaults_are_those_of_mitsuba() {
     assert_eq!((scene.render.integrator, scene.render.max_depth), (Integrator::Path, UNLIMITED));
     assert_eq!((scene.camera.forward, scene.camera.up, scene.camera.near), (DVec3::Z, DVec3::Y, 0.01));
     assert_eq!(scene.environment, [1.0; 3]);
-    // 50 mm in front of 36 mm by 24 mm, of which the diagonal counts.
+    // 50 mm, for the diagonal of a film of 36 mm by 24 mm.
     let diagonal = 2.0 * libm::atan(libm::sqrt(36.0_f64.powi(2) + 24.0_f64.powi(2)) / 100.0);
     let half = libm::tan(diagonal / 2.0) * 0.6;
     assert!((libm::tan(scene.camera.vertical_fov / 2.0) - half).abs() < 1e-12);
@@ -76,7 +76,7 @@ fn cameras_films_and_samplers_are_read() {
 }
 
 #[test]
-fn shapes_stand_where_their_transforms_put_them() {
+fn shapes_are_transformed() {
     let moved = r#"<transform name="to_world"><scale value="2"/><rotate z="1" angle="90"/><translate x="10"/></transform>"#;
     let of = |shape: &str| {
         let scene = scene(&format!("<shape {shape}</shape>"));
@@ -128,9 +128,9 @@ fn shapes_stand_where_their_transforms_put_them() {
 }
 
 #[test]
-fn mirrored_shapes_face_where_their_normals_go() {
+fn mirrored_shapes_face_along_their_normals() {
     let mirrored = r#"<transform name="to_world"><scale x="-1"/></transform>"#;
-    // The normal of a rectangle stays (0, 0, 1), where u × v does not; that of a sphere turns inward.
+    // A mirror image keeps the normal (0, 0, 1) of a rectangle, but reverses u × v. It turns that of a sphere inward.
     for (shape, flips) in [("rectangle", true), ("sphere", true), ("disk", false), ("cube", false)] {
         let scene = scene(&format!("<shape type=\"{shape}\">{mirrored}</shape>"));
         assert_eq!(scene.entities[0].flip_normal, flips, "{shape}");
@@ -151,7 +151,36 @@ fn instances_multiply_groups() {
 }
 
 #[test]
-fn shapes_whose_uv_are_turned_or_that_are_squeezed_are_groups_of_one() {
+fn an_instance_in_a_merge_stands_in_the_world() {
+    let scene = scene(
+        r#"<shape type="shapegroup" id="g"><shape type="sphere"/></shape>
+        <shape type="merge"><shape type="cube"/><shape type="instance"><ref id="g"/><transform name="to_world"><translate y="5"/></transform></shape></shape>"#,
+    );
+    assert_eq!((scene.entities.len(), scene.groups.len(), scene.instances.len()), (2, 1, 1));
+    assert!(near(scene.instances[0].transform.transform_point3(DVec3::X), [1.0, 5.0, 0.0]));
+    assert_eq!(scene.instances[0].within, None);
+}
+
+#[test]
+fn materials_of_shapes_without_any_are_made_once() {
+    let shapes = "<shape type=\"sphere\"/><shape type=\"rectangle\"/><shape type=\"disk\"><emitter type=\"area\"/></shape>";
+    // A grey one, one that is black on the back, and a black one.
+    for count in [1, 5] {
+        assert_eq!(scene(&shapes.repeat(count)).materials.len(), 3, "{count}");
+    }
+}
+
+#[test]
+fn a_checkerboard_of_light_is_not_one_of_reflectances() {
+    let scene = scene(
+        "<texture type=\"checkerboard\" id=\"t\"><spectrum name=\"color0\" value=\"300:0.5, 900:0.5\"/></texture><shape type=\"cube\"><bsdf type=\"diffuse\"><ref id=\"t\" name=\"reflectance\"/></bsdf><emitter type=\"area\"><ref id=\"t\" name=\"radiance\"/></emitter></shape>",
+    );
+    assert_eq!(scene.textures.len(), 2);
+    assert_ne!(scene.textures[0].kind, scene.textures[1].kind);
+}
+
+#[test]
+fn shapes_with_rotated_uv_and_squeezed_shapes_become_groups() {
     let of = |shape: &str, bsdf: &str| {
         let turned = r#"<transform name="to_world"><scale value="2"/><rotate x="1" angle="40"/></transform>"#;
         scene(&format!("<shape type=\"{shape}\">{turned}{bsdf}</shape>"))
@@ -190,6 +219,11 @@ fn materials_have_the_counterparts_of_their_plugins() {
             let [red, _, blue] = gold.eta.expect("eta");
             assert!(red < 0.5 && blue > 1.0, "{red} {blue}");
         }
+        other => panic!("{other:?}"),
+    }
+    // Of a fit below 0 the square counts.
+    match of("type=\"conductor\"><rgb name=\"eta\" value=\"1 2 3\"/><rgb name=\"k\" value=\"-0.5 1 2\"/>") {
+        MaterialKind::Conductor(metal) => assert_eq!(metal.k, Some([0.5, 1.0, 2.0])),
         other => panic!("{other:?}"),
     }
     match of(
@@ -248,7 +282,7 @@ fn named_objects_are_made_once() {
 }
 
 #[test]
-fn a_texture_of_widths_has_their_square_roots() {
+fn a_texture_of_alpha_becomes_one_of_roughness() {
     let scene = scene(
         "<shape type=\"sphere\"><bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/><texture name=\"alpha\" type=\"checkerboard\"><float name=\"color0\" value=\"0.04\"/><float name=\"color1\" value=\"0.25\"/></texture></bsdf></shape>",
     );
@@ -281,24 +315,28 @@ fn lights_are_read() {
         }
         other => panic!("{other:?}"),
     }
-    // White of equal energy is not that of Rec. 709.
+    // Light of equal energy is not white in Rec. 709.
     let [red, green, blue] = scene.environment;
     assert!(red > 1.2 && green < 0.96 && blue < 0.92, "{red} {green} {blue}");
 }
 
 #[test]
-fn integrators_say_how_far_paths_go() {
+fn integrators_set_the_number_of_bounces() {
     let depth = |integrator: &str| {
         let render = scene(&format!("<integrator {integrator}</integrator>")).render;
         render.max_depth
     };
     let path = |depth: i64| format!("type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/>");
     assert_eq!((depth(&path(-1)), depth(&path(1)), depth(&path(6))), (UNLIMITED, 0, 5));
+    assert_eq!(
+        (depth(&path(10_001)), depth(&path(10_002)), depth(&path(65_536))),
+        (10_000, UNLIMITED, UNLIMITED)
+    );
     assert_eq!(depth("type=\"direct\"><integer name=\"emitter_samples\" value=\"4\"/>"), 1);
 }
 
 #[test]
-fn wrappers_are_what_every_material_may_have() {
+fn wrappers_become_modifiers() {
     let of = |bsdf: &str| {
         let mut scene = scene(&format!("<shape type=\"cube\"><bsdf {bsdf}</bsdf></shape>"));
         let material = scene.entities[0].material;
@@ -328,7 +366,7 @@ fn wrappers_are_what_every_material_may_have() {
 }
 
 #[test]
-fn one_sided_surfaces_with_a_border_are_black_from_behind() {
+fn one_sided_surfaces_with_a_border_have_a_black_back() {
     let back = |shape: &str| {
         let scene = scene(&format!("<shape type={shape}</shape>"));
         let back = scene.materials[scene.entities[0].material].modifiers.back;

@@ -134,3 +134,21 @@ fn sparse_indices_and_byte_order_marks_are_read() {
     let marked = [b"\xef\xbb\xbf", &with_data()[..]].concat();
     assert_eq!(read_bytes("a.gltf", &marked), read_bytes("a.gltf", &with_data()));
 }
+
+#[test]
+fn a_second_set_of_uv_is_read_unless_it_is_invalid() {
+    let mut growing = Growing::triangle(CORNERS);
+    let second = [0.5, 0.25, 1.5, -2.0, 0.0, 1.0];
+    let uv = growing.floats("VEC2", &second);
+    growing.attribute("TEXCOORD_1", uv);
+    let mesh = &growing.read().expect("a mesh").parts[0].1;
+    assert_eq!((mesh.second_uv.as_flattened(), mesh.uv.len()), (&second[..], 0));
+    assert_eq!(growing.notes(), [""; 0]);
+    // Of another length, and of another type: the file is read without it.
+    for broken in [growing.floats("VEC2", &second[..4]), growing.floats("VEC3", &second)] {
+        growing.attribute("TEXCOORD_1", broken);
+        assert!(growing.read().expect("a mesh").parts[0].1.second_uv.is_empty());
+        let note = "second sets of uv that are invalid are left out: 1, in meshes[0].primitives[0]";
+        assert_eq!(growing.notes(), [note]);
+    }
+}

@@ -1,21 +1,23 @@
 //! Mixes of materials, holes, back sides, and normal and height maps, compared with mathematics.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod heights;
+mod second_uv;
 
 use common::for_each_sample;
 use common::scenes::{emitting, flipped, matte, mirror, plane, point_light, quad, scene, sphere, v};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use stride::integrator::Paths;
+use stride::integrator::{Event, Passage, Paths};
 use stride::math::lanes::Level;
-use stride::parameter::{ImageIndex, Varying};
-use stride::sampling::Region;
+use stride::parameter::Varying;
+use stride::sampling::{Pixel, Region};
 use stride::scene::{
-    ConstantTexture, DirectionalLightParameters, Entity, ImageFile, ImageTexture, Integrator, Material, Mesh,
-    MixParameters, Modifiers, Named, Sampler, Scene, Shape, Texture, TextureKind, Textured,
+    ConstantTexture, DirectionalLightParameters, Entity, Integrator, Material, Mesh, MixParameters,
+    Modifiers, Named, Sampler, Scene, Shape, Texture, TextureKind, Textured,
 };
-use stride::texture::{ColorSpace, Depth, Picture, TexelFilter, Wrap};
 
 const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
 const SAMPLERS: [Sampler; 2] = [Sampler::Independent, Sampler::Sobol];
@@ -147,6 +149,26 @@ fn paths_continue_straight_through_holes() {
     // Negative control.
     let (off, error) = mean(&sheets(0.54, 1));
     assert!((off - 1.0).abs() > 5.0 * error, "{off} ± {error}");
+}
+
+#[test]
+fn traces_record_holes() {
+    for integrator in INTEGRATORS {
+        // (opacity, sheets that are passed, entity that is hit last)
+        for (opacity, passed, last) in [(0.0, 3, 3), (1.0, 0, 0)] {
+            let mut scene = sheets(opacity, 3);
+            scene.render.integrator = integrator;
+            let (_, events) = common::integrator(&scene).explain(Pixel { index: 0, x: 0, y: 0 }, 0);
+            let of_holes = events.iter().filter(|event| **event == Event::Pass { through: Passage::Hole });
+            assert_eq!(of_holes.count(), passed, "{integrator:?}: {events:?}");
+            let hits = events.iter().filter_map(|event| match event {
+                Event::Hit { entity, .. } => Some(*entity),
+                _ => None,
+            });
+            let hits: Vec<u32> = hits.collect();
+            assert_eq!((hits.len(), hits.last()), (passed + 1, Some(&last)), "{integrator:?}: {events:?}");
+        }
+    }
 }
 
 #[test]
@@ -356,44 +378,6 @@ fn a_flat_map_has_no_effect() {
             };
             let (with, without) = (picture(true), picture(false));
             assert!((with / without - 1.0).abs() < 2e-4, "{integrator:?}: {with}, not {without}");
-        }
-    }
-}
-
-/// A ramp of heights along u or v, as a picture of floats without steps between its texels.
-fn with_ramp(scene: Scene, along_v: bool) -> Scene {
-    const TEXELS: u32 = 64;
-    let size = if along_v { [1, TEXELS] } else { [TEXELS, 1] };
-    // The first row of a picture is the uppermost.
-    let height = |i: u32| if along_v { TEXELS - 1 - i } else { i };
-    let texels: Vec<u8> =
-        (0..TEXELS).flat_map(|i| (height(i) as f32 / TEXELS as f32).to_le_bytes()).collect();
-    let picture = Picture::new(size, [1; 2], Depth::Float, &texels);
-    let ramp = ImageTexture {
-        file: ImageIndex(0),
-        color_space: ColorSpace::Data,
-        wrap: [Wrap::Clamp; 2],
-        filter: TexelFilter::Linear,
-        mipmap: false,
-        uv_scale: [1.0; 2],
-        uv_offset: [0.0; 2],
-        uv_rotate: 0.0,
-        uv_set: 0.0,
-    };
-    let textures = vec![Texture { name: "ramp".into(), kind: ramp.into() }];
-    Scene { textures, images: vec![ImageFile::of("ramp".into(), Arc::new(picture))], ..scene }
-}
-
-#[test]
-fn heights_tilt_normals_by_their_slope_in_world_space() {
-    for (name, entity, [u, v, n]) in flats() {
-        println!("{name}");
-        for (along_v, up) in [(false, u), (true, v)] {
-            let mut bumpy = textured(matte([0.5; 3]), "bump_map");
-            bumpy.modifiers.bump_scale = 6.0;
-            // uv increase by one over a length of 18 on all of them.
-            let slope = 6.0 / 18.0;
-            has_normal(&with_ramp(sunlit(entity.clone(), bumpy), along_v), n - up * slope, 2e-3);
         }
     }
 }

@@ -8,9 +8,12 @@
 //! |---|---|
 //! | 0 | the camera ray's: [`Block::CAMERA`] |
 //! | from 1 up | the integrator's, as assigned by its [`Blocks`] |
-//! | 2³¹ | the camera ray's: [`Block::TIME`] |
-//! | from 2³¹ + 1 up | decisions about the materials that paths hit: [`VertexBlock::MATERIAL`] |
+//! | 9e3779b0₁₆ | the camera ray's: [`Block::TIME`] |
+//! | from 9e3779b1₁₆ up | decisions about the materials that paths hit: [`VertexBlock::MATERIAL`] |
 //! | from 2³² − 1 down | those of a [`Stream`](super::Stream) |
+//!
+//! Numbers of blocks that one path draws must not differ by a multiple of a high power of two: samplers hash them, and the
+//! hash carries differences upwards only. Two blocks that differ in their highest bit alone have correlated numbers.
 //!
 //! A decision that needs an unknown count of numbers, as a chain or a free flight does, draws them from the
 //! [`EndlessStream`](super::EndlessStream) of its block.
@@ -28,6 +31,10 @@ pub struct PathId<F: Float> {
 
 value!(PathId { pixel, sample });
 
+/// The first number of blocks that are no integrator's: 2³² divided by the golden ratio, less one, whose low digits are
+/// far from those of other blocks.
+const ASIDE: u32 = 0x9e37_79b0;
+
 /// A decision that is made once per path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block(u32);
@@ -38,7 +45,7 @@ impl Block {
     /// The time at which the ray leaves the camera (first number), as a fraction of the time that the shutter is open.
     /// It is only drawn for cameras with a shutter time, of which there is none yet. A path with four decisions per
     /// vertex would need 2²⁹ vertices for another decision to reach this number.
-    pub const TIME: Block = Block(1 << 31);
+    pub const TIME: Block = Block(ASIDE);
 
     /// The block's number.
     #[inline(always)]
@@ -58,7 +65,7 @@ impl VertexBlock {
     /// The choice among mixed materials (first number), and between the surface and passing straight through it by its
     /// opacity (second). Its `depth` also counts surfaces passed through. It is only drawn in scenes with mixes or
     /// opacities, so that it does not use blocks of integrators.
-    pub const MATERIAL: VertexBlock = VertexBlock { first: (1 << 31) + 1, step: 1 };
+    pub const MATERIAL: VertexBlock = VertexBlock { first: ASIDE + 1, step: 1 };
 
     /// The block's number at the vertex `depth`, counted from zero.
     #[inline(always)]
@@ -104,6 +111,7 @@ impl Blocks {
 mod tests {
     use super::*;
     use crate::math::lanes::scalar::Wrapping;
+    use crate::sampling::{Independent, Sampler, Sobol};
     use std::collections::BTreeSet;
 
     #[test]
@@ -118,6 +126,49 @@ mod tests {
             let all: Vec<_> =
                 single.chain(material).chain((0..1000).chain([last - 1]).flat_map(at)).collect();
             assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len(), "{once} once, {each} each");
+        }
+    }
+
+    /// The largest statistic of dependence between numbers of decisions of the same paths: χ² of 16 × 16 bins, as a standard
+    /// normal number, over pixels whose indices are even or odd.
+    fn dependence(sampler: Sampler, first: VertexBlock) -> f64 {
+        let mut worst = 0.0_f64;
+        for parity in 0..2 {
+            for depth in 0..3 {
+                for other in 0..6 {
+                    for axis in 0..2 {
+                        let mut bins = [[0_u32; 16]; 16];
+                        let count = 1 << 14;
+                        for i in 0..count {
+                            // A run of samples in each of many pixels.
+                            let (pixel, sample) = (2 * (i / 16) + parity, i % 16);
+                            let path = PathId::<f32> { pixel: Wrapping(pixel), sample: Wrapping(sample) };
+                            let [choice, ..] = sampler.draw(path, first.at::<f32>(Wrapping(depth)));
+                            let numbers = sampler.draw(path, Wrapping(other));
+                            bins[(choice * 16.0) as usize][(numbers[axis] * 16.0) as usize] += 1;
+                        }
+                        let expected = f64::from(count) / 256.0;
+                        let squares = bins.iter().flatten().map(|&n| (f64::from(n) - expected).powi(2));
+                        let chi2 = squares.sum::<f64>() / expected;
+                        // 225 degrees of freedom, as both marginal distributions are stratified.
+                        worst = worst.max((chi2 - 225.0) / (2.0_f64 * 225.0).sqrt());
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn choices_of_materials_are_independent_of_other_decisions() {
+        for sampler in [Sampler::from(Independent { seed: 3 }), Sampler::from(Sobol { seed: 3 })] {
+            // 72 statistics; a normal number exceeds 6 with probability 10⁻⁹.
+            let (own, far) =
+                (dependence(sampler, VertexBlock::MATERIAL), VertexBlock { first: (1 << 31) + 1, step: 1 });
+            assert!(own < 7.0, "{sampler:?}: {own}");
+            // Negative control: numbers of blocks that differ in the highest bit alone.
+            let control = dependence(sampler, far);
+            assert!(control > 20.0, "{sampler:?}: {control}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod bench;
+mod broker;
 mod check;
 mod compare;
 mod contents;
@@ -10,7 +11,9 @@ mod develop;
 mod devices;
 mod events;
 mod failure;
+mod fleet;
 mod info;
+mod jobs;
 mod loading;
 mod merge;
 mod print;
@@ -21,7 +24,9 @@ mod reporter;
 mod split;
 mod stats;
 mod stop;
+mod submit;
 mod trace;
+mod work;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -58,6 +63,14 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Describe a film, a picture, a sample dump, a scene or a mesh, or list the devices
     Info(info::InfoArguments),
+    /// Render a scene on many machines, over a NATS server
+    Submit(Box<submit::SubmitArguments>),
+    /// Render for others: take work from a NATS server
+    Work(work::WorkArguments),
+    /// List, watch, change and collect the jobs on a NATS server
+    Jobs(jobs::JobsArguments),
+    /// Try rendering on many machines with workers on this one
+    Fleet(fleet::FleetArguments),
 }
 
 /// Runs the program: 0 done, 1 failed, 2 bad usage.
@@ -75,6 +88,10 @@ pub fn main() -> ExitCode {
         Command::Develop(arguments) => develop::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Submit(arguments) => submit::run(&arguments),
+        Command::Work(arguments) => work::run(&arguments),
+        Command::Jobs(arguments) => jobs::run(&arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments),
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };
     // Standard error may be closed: then only the exit code reports the error.

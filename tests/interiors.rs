@@ -218,7 +218,7 @@ fn first_hits(scene: &Scene) -> Vec<FirstHit> {
 
 #[test]
 fn first_hits_are_those_of_interfaces() {
-    // In water, before a block of a lower priority that nobody sees, with a matte wall behind.
+    // In water, before a block of a lower priority, whose surface is no interface, with a matte wall behind.
     let seen = |priority| {
         let water = cuboid(v(-9.0, -50.0, -50.0), v(9.0, 50.0, 50.0), 0);
         let block = cuboid(v(2.0, -40.0, -40.0), v(3.0, 40.0, 40.0), 1);

@@ -14,7 +14,7 @@ use super::roulette::roulette;
 use super::vertex::{PreviousVertex, Scattering, State, TraceContext, Vertex, escape, go_on};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
-use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch};
+use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch_paths};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, function, value};
 use crate::sampling::{Pixel, Sample};
 use crate::scene;
@@ -78,11 +78,11 @@ impl Integrator for PathTracer {
         let out = &mut out.finished;
         out.reserve(paths.len());
         let (context, transport, observer) = (self.context(), self.transport, Observer::none());
-        dispatch(level, TracePaths { context, transport, paths, stop, out, observer })
+        dispatch_paths(level, TracePaths { context, transport, paths, stop, out, observer })
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
-        dispatch(level, FirstHits { context: self.context(), paths, out });
+        dispatch_paths(level, FirstHits { context: self.context(), paths, out });
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
@@ -96,7 +96,7 @@ impl Integrator for PathTracer {
         let (context, transport, observer) = (self.context(), self.transport, Observer::of(&mut events));
         let (stop, out_all) = (&|| false, &mut out);
         // Only scalar lanes record events.
-        dispatch(Level::SCALAR, TracePaths { context, transport, paths, stop, out: out_all, observer });
+        dispatch_paths(Level::SCALAR, TracePaths { context, transport, paths, stop, out: out_all, observer });
         (out[0].sample, events)
     }
 }

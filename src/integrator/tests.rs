@@ -13,13 +13,7 @@ use std::sync::Arc;
 
 /// The mean radiance and its standard error at the origin of a floor, seen at an angle. A lamp that subtends a
 /// sixteenth of the floor's hemisphere hangs above it; further lights are added.
-fn seen(
-    integrator: &str,
-    material: &str,
-    lamp: f32,
-    level: Level,
-    add: impl FnOnce(&mut LightTable),
-) -> (f64, f64) {
+fn seen(integrator: &str, material: &str, lamp: f32, add: impl FnOnce(&mut LightTable)) -> (f64, f64) {
     let text = format!(
         r#"
         [film]
@@ -55,7 +49,7 @@ fn seen(
     let integrator = build(&scene.render, FilmOffset::Centre, Arc::new(tables), Arc::new(world));
     let (mut out, samples) = (Vec::new(), 20_000);
     let pixels = &[Pixel { index: 0, x: 0, y: 0 }];
-    integrator.trace(level, &Paths { pixels, first_sample: 0, samples }, &mut out);
+    integrator.trace(Level::SCALAR, &Paths { pixels, first_sample: 0, samples }, &mut out);
     let values: Vec<f64> = out.iter().map(|path| f64::from(path.sample.radiance[1])).collect();
     let mean = values.iter().sum::<f64>() / f64::from(samples);
     let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / f64::from(samples - 1);
@@ -76,40 +70,33 @@ fn agrees((mean, error): (f64, f64), expected: f64) {
 
 #[test]
 fn a_sampled_sky_lights_a_floor_as_the_environment_does() {
-    for level in Level::available() {
-        for integrator in ["path", "path-naive", "whitted"] {
-            // The lamp occludes a sixteenth of the sky, weighted by cosine.
-            agrees(
-                seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(SKY)),
-                0.5 * 2.0 * 15.0 / 16.0,
-            );
-            let lit = 0.5 * (2.0 * 15.0 / 16.0 + 10.0 / 16.0);
-            agrees(seen(integrator, MATTE, 10.0, level, |lights| _ = lights.push(SKY)), lit);
-            // In a mirror, only the escaping ray finds the sky.
-            agrees(seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SKY)), 0.5 * 2.0);
-        }
-        // Two skies add their radiances.
-        let two = |lights: &mut LightTable| {
-            lights.push(SKY);
-            lights.push(Sky { radiance: [1.0; 3] });
-        };
-        agrees(seen("path", MATTE, 0.0, level, two), 0.5 * 3.0 * 15.0 / 16.0);
+    for integrator in ["path", "path-naive", "whitted"] {
+        // The lamp occludes a sixteenth of the sky, weighted by cosine.
+        agrees(seen(integrator, MATTE, 0.0, |lights| _ = lights.push(SKY)), 0.5 * 2.0 * 15.0 / 16.0);
+        let lit = 0.5 * (2.0 * 15.0 / 16.0 + 10.0 / 16.0);
+        agrees(seen(integrator, MATTE, 10.0, |lights| _ = lights.push(SKY)), lit);
+        // In a mirror, only the escaping ray finds the sky.
+        agrees(seen(integrator, MIRROR, 0.0, |lights| _ = lights.push(SKY)), 0.5 * 2.0);
     }
+    // Two skies add their radiances.
+    let two = |lights: &mut LightTable| {
+        lights.push(SKY);
+        lights.push(Sky { radiance: [1.0; 3] });
+    };
+    agrees(seen("path", MATTE, 0.0, two), 0.5 * 3.0 * 15.0 / 16.0);
 }
 
 #[test]
 fn a_sun_lights_a_floor_by_its_cosine() {
     let expected = 0.5 / std::f64::consts::PI * 3.0 * 0.8;
-    for level in Level::available() {
-        for integrator in ["path", "path-naive", "whitted"] {
-            agrees(seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(SUN)), expected);
-            // No ray hits the sun.
-            let (mean, _) = seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SUN));
-            assert_eq!(mean, 0.0);
-            // An occluder blocks all of it at any distance.
-            let behind = Distant { towards: [0.0, 0.0, 1.0], ..SUN };
-            let (mean, _) = seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(behind));
-            assert_eq!(mean, 0.0);
-        }
+    for integrator in ["path", "path-naive", "whitted"] {
+        agrees(seen(integrator, MATTE, 0.0, |lights| _ = lights.push(SUN)), expected);
+        // No ray hits the sun.
+        let (mean, _) = seen(integrator, MIRROR, 0.0, |lights| _ = lights.push(SUN));
+        assert_eq!(mean, 0.0);
+        // An occluder blocks all of it at any distance.
+        let behind = Distant { towards: [0.0, 0.0, 1.0], ..SUN };
+        let (mean, _) = seen(integrator, MATTE, 0.0, |lights| _ = lights.push(behind));
+        assert_eq!(mean, 0.0);
     }
 }

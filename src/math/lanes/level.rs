@@ -105,6 +105,16 @@ pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
     }
 }
 
+/// Runs whole paths: [`dispatch`], but for unit tests, for which the longest programs are compiled at one level only.
+/// Compiling them at all levels takes minutes, and integration tests compare the levels.
+#[cfg_attr(test, allow(unused_variables, reason = "unit tests have one level"))]
+pub(crate) fn dispatch_paths<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    #[cfg(not(test))]
+    return dispatch(level, kernel);
+    #[cfg(test)]
+    return kernel.run::<f32>();
+}
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn run_avx2<K: Kernel>(kernel: K) -> K::Output {

@@ -1,5 +1,5 @@
 //! Distances against results in double precision, over many rays: far, near, grazing, from inside, and at scales from
-//! 10⁻⁶ to 10⁶. The processing of hits is tested in `tests/hits.rs`.
+//! 10⁻⁶ to 10⁶. The processing of hits is tested in `tests/transport/hits.rs`.
 
 use super::*;
 use crate::sampling::Stream;

@@ -1,5 +1,5 @@
 //! Lanes in plain arrays, for processors other than x86-64: the compiler vectorises them. LLVM 22.1.2 miscompiled this
-//! on x86-64 (see `tests/trees.rs`); other processors must be tested for it.
+//! on x86-64 (see `tests/transport/trees.rs`); other processors must be tested for it.
 #![cfg_attr(
     target_arch = "x86_64",
     allow(unreachable_pub, reason = "x86-64 has it for tests of lanes alone")

@@ -1,7 +1,7 @@
 //! Lanes in SSE2 registers, which every x86-64 processor has: four lanes in one register, eight in two.
 //!
 //! Plain arrays, which the compiler would vectorise, are not used: the vectoriser of LLVM 22.1.2 miscompiled them (see
-//! `tests/trees.rs`).
+//! `tests/transport/trees.rs`).
 //!
 //! # Safety
 //! Every intrinsic here needs only SSE2: none takes a pointer.

@@ -1,4 +1,4 @@
-//! Compares every level with one lane, bit by bit. Code built on lanes is compared in `tests/lanes.rs`.
+//! Compares every level with one lane, bit by bit. Code built on lanes is compared in `tests/transport/lanes.rs`.
 
 use super::scalar::Wrapping;
 use super::*;

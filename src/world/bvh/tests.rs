@@ -1,4 +1,4 @@
-//! The depth of trees, and the surfaces outside of them. `tests/trees.rs` compares hits with those of an exhaustive
+//! The depth of trees, and the surfaces outside of them. `tests/transport/trees.rs` compares hits with those of an exhaustive
 //! search.
 
 use super::build::{Below, Item, LEAF, MAX_DEPTH, Split, build};

@@ -34,8 +34,8 @@ pub(super) struct SceneArguments {
     pub size: Option<(u32, u32)>,
     #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME", help = named::<Integrator>("Integrator, instead of the scene's"))]
     pub integrator: Option<Integrator>,
-    #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME", help = named::<Sampler>("Sampler, instead of the scene's"))]
-    pub sampler: Option<Sampler>,
+    #[arg(long, help_heading = SCENE_HEADING, value_name = "NAME", value_parser = sampler, help = named::<Sampler>("Sampler, instead of the scene's"))]
+    pub sampler: Option<Samplers>,
     /// Maximum number of bounces, or unlimited, instead of the scene's; 0 shows only emitters
     #[arg(long, help_heading = SCENE_HEADING, value_name = "N", allow_negative_numbers = true, value_parser = max_depth)]
     pub max_depth: Option<u32>,
@@ -78,8 +78,8 @@ impl SceneArguments {
         if let Some(integrator) = self.integrator {
             scene.render.integrator = integrator;
         }
-        if let Some(sampler) = self.sampler {
-            scene.render.sampler = sampler;
+        if let Some(sampler) = self.sampler.as_ref().and_then(|samplers| samplers.0.first()) {
+            scene.render.sampler = *sampler;
         }
         if let Some(max_depth) = self.max_depth {
             scene.render.max_depth = max_depth;
@@ -88,10 +88,37 @@ impl SceneArguments {
         Ok(loaded)
     }
 
+    /// The requested samplers.
+    pub(super) fn samplers(&self) -> Option<Vec<Sampler>> {
+        self.sampler.as_ref().map(|samplers| samplers.0.clone())
+    }
+
     /// The name of the scene: the file's name.
     pub(super) fn name(&self) -> String {
         self.scene.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
+}
+
+/// One or more samplers. Only commands that parse the option with [`samplers`] accept several.
+#[derive(Clone, Debug)]
+pub(super) struct Samplers(Vec<Sampler>);
+
+/// Parses "sobol".
+fn sampler(text: &str) -> Result<Samplers, String> {
+    Ok(Samplers(vec![text.parse()?]))
+}
+
+/// Parses "sobol,independent".
+pub(super) fn samplers(text: &str) -> Result<Samplers, String> {
+    let mut found = Vec::new();
+    for name in text.split(',') {
+        let sampler: Sampler = name.trim().parse()?;
+        if found.contains(&sampler) {
+            return Err(format!("{} is named twice", sampler.name()));
+        }
+        found.push(sampler);
+    }
+    Ok(Samplers(found))
 }
 
 /// Parses "640x480".

@@ -52,6 +52,7 @@ mod open_glass;
 pub(crate) mod placement;
 mod second_uv;
 mod spelling;
+mod synonyms;
 mod textures;
 pub mod toml;
 pub mod viewpoint;

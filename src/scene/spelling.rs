@@ -1,33 +1,9 @@
 //! The nearest spelling of a name, and words of a file made safe to print.
 
+use super::synonyms::WORDS;
+
 /// The maximum length in bytes of words for which suggestions are made.
 const MAX_WORD: usize = 64;
-
-/// Words of other programs for keys and types of scene files.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("albedo", "reflectance"),
-    ("color", "reflectance"),
-    ("colour", "reflectance"),
-    ("diffuse", "matte"),
-    ("emit", "emission"),
-    ("entity", "entities"),
-    ("distant", "directional"),
-    ("index_of_refraction", "ior"),
-    ("lambert", "matte"),
-    ("lambertian", "matte"),
-    ("metal", "conductor"),
-    ("object", "entities"),
-    ("objects", "entities"),
-    ("origin", "eye"),
-    ("pos", "position"),
-    ("position", "center"),
-    ("position", "eye"),
-    ("specular", "mirror"),
-    ("spp", "samples"),
-    ("spotlight", "spot"),
-    ("sun", "directional"),
-    ("target", "look_at"),
-];
 
 /// A word of the file in quotes, shortened and made safe to print.
 pub(super) fn quote(word: &str) -> String {
@@ -68,7 +44,7 @@ pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> 
         .map(|(_, candidate)| candidate);
     spelling
         .or_else(|| {
-            let synonyms = SYNONYMS.iter().filter(|(theirs, _)| *theirs == lower);
+            let synonyms = WORDS.iter().filter(|(theirs, _)| *theirs == lower);
             synonyms.filter_map(|(_, ours)| candidates.clone().find(|candidate| candidate == ours)).next()
         })
         .or_else(|| {

@@ -40,6 +40,15 @@ fn csv(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     (names, rows)
 }
 
+/// A column of a table of errors for one sampler.
+fn column(path: &Path, sampler: &str, name: &str) -> Vec<f64> {
+    let text = fs::read_to_string(path).unwrap();
+    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let at = lines[0].iter().position(|heading| *heading == name).unwrap();
+    assert_eq!(lines[0][0], "sampler");
+    lines[1..].iter().filter(|row| row[0] == sampler).map(|row| row[at].parse().unwrap()).collect()
+}
+
 /// Parses the chart and returns its number of dots, without the legend's.
 fn dots(path: &Path) -> usize {
     let text = fs::read_to_string(path).unwrap();
@@ -101,22 +110,148 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
     let folder = tempfile::tempdir().unwrap();
     let text = done(
         "noise",
-        "--spp 40 --size 48x36 --reference-spp 512 --integrator path-naive --sampler independent --csv n.csv --plot n.svg",
+        "--spp 40 --size 48x36 --reference-spp 512 --repeat 1 --integrator path-naive --sampler independent --csv n.csv --plot n.svg",
         folder.path(),
     );
-    let (_, rows) = csv(&folder.path().join("n.csv"));
-    assert_eq!(rows.iter().map(|row| row[0]).collect::<Vec<_>>(), [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]);
-    let said = text.split("Slope on logarithmic axes: ").nth(1).unwrap().split(' ').next().unwrap();
+    let file = folder.path().join("n.csv");
+    let column = |name| column(&file, "independent", name);
+    let (spp, errors) = (column("spp"), column("rms_error"));
+    assert_eq!(spp, [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]);
+    let said =
+        text.split("Slope of independent on logarithmic axes: ").nth(1).unwrap().split(' ').next().unwrap();
     let slope: f64 = said.replace('−', "-").parse().unwrap();
     assert!((slope + 0.5).abs() < 0.1, "{text}");
     // The printed slope matches the file: least squares over logarithms, by a different formula.
-    let logs: Vec<(f64, f64)> = rows.iter().map(|row| (row[0].log2(), row[1].log2())).collect();
+    let logs = spp.iter().zip(&errors).map(|(x, y)| (x.log2(), y.log2()));
     let (weighted, squares) =
-        logs.iter().fold((0.0, 0.0), |(w, s), (x, y)| (w + (x - 2.5) * y, s + (x - 2.5) * (x - 2.5)));
+        logs.fold((0.0, 0.0), |(w, s), (x, y)| (w + (x - 2.5) * y, s + (x - 2.5) * (x - 2.5)));
     assert!((weighted / squares - slope).abs() < 1e-3);
-    assert!(rows.iter().all(|row| row[3] < row[1]), "the worst pixels are still there: {rows:?}");
+    let rest = column("rms_error_without_worst");
+    assert!(
+        rest.iter().zip(&errors).all(|(rest, all)| rest < all),
+        "the worst pixels are still there: {rest:?}"
+    );
     assert!(text.contains("reference of 512 samples per pixel"), "{text}");
+    assert!(text.contains("no ± with --repeat 1"), "{text}");
     assert_eq!(dots(&folder.path().join("n.svg")), 12);
+}
+
+const SMALL: &str = "--spp 4 --size 24x18 --seed 5";
+
+#[test]
+fn several_samplers_are_in_one_table_and_one_chart() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |more: &str, file: &str| {
+        let reference = "--reference-spp 64 --repeat 2";
+        let text =
+            done("noise", &format!("{SMALL} {reference} {more} --csv {file} --plot n.svg"), folder.path());
+        (text, fs::read_to_string(folder.path().join(file)).unwrap())
+    };
+    let (text, both) = table("--sampler sobol,independent", "n.csv");
+    for words in
+        ["Slope of sobol", "Slope of independent", "· sobol, independent ·", "± is the standard error"]
+    {
+        assert!(text.contains(words), "{words:?} is not in\n{text}");
+    }
+    assert_eq!(dots(&folder.path().join("n.svg")), 12);
+    // Each part is the table of that sampler alone: all have the same reference.
+    let parts = ["sobol", "independent"].map(|sampler| table(&format!("--sampler {sampler}"), "alone.csv").1);
+    let rows = parts[1].split_once('\n').unwrap().1;
+    assert_eq!(both, parts[0].clone() + rows);
+    assert_ne!(parts[0], parts[1]);
+}
+
+#[test]
+fn a_reference_from_a_file_replaces_the_rendered_one() {
+    let folder = tempfile::tempdir().unwrap();
+    // The seed of the built-in reference is that of the scene and 0x9e3779b9 more.
+    let output = Command::new(env!("CARGO_BIN_EXE_stride"))
+        .current_dir(folder.path())
+        .arg("render")
+        .arg(cover())
+        .args("--headless -q --spp 64 --size 24x18 --seed 2654435774 -o r.exr".split(' '))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let sampler = "--repeat 2 --sampler independent";
+    let text = done("noise", &format!("{SMALL} {sampler} --reference r.exr --csv file.csv"), folder.path());
+    assert!(text.contains("reference r.exr"), "{text}");
+    done("noise", &format!("{SMALL} {sampler} --reference-spp 64 --csv built-in.csv"), folder.path());
+    done("noise", &format!("{SMALL} {sampler} --reference-spp 65 --csv other.csv"), folder.path());
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(read("file.csv"), read("built-in.csv"));
+    assert_ne!(read("file.csv"), read("other.csv"));
+}
+
+#[test]
+fn standard_errors_are_those_of_independent_seeds() {
+    let folder = tempfile::tempdir().unwrap();
+    exr::prelude::write_rgb_file(folder.path().join("r.exr"), 24, 18, |_, _| (0.1f32, 0.1f32, 0.1f32))
+        .unwrap();
+    let errors = |seed: u32, repeat: u32, name: &str| {
+        let arguments = "--spp 4 --size 24x18 --sampler sobol --reference r.exr --csv n.csv";
+        done("noise", &format!("{arguments} --seed {seed} --repeat {repeat}"), folder.path());
+        let file = folder.path().join("n.csv");
+        // One seed has no standard error: the field is empty.
+        let has_deviations =
+            fs::read_to_string(&file).unwrap().lines().skip(1).all(|line| !line.contains(",,"));
+        assert_eq!(has_deviations, repeat > 1);
+        column(&file, "sobol", name)
+    };
+    let alone: Vec<Vec<f64>> = (5..8).map(|seed| errors(seed, 1, "rms_error")).collect();
+    let (all, deviations) = (errors(5, 3, "rms_error"), errors(5, 3, "rms_error_standard_error"));
+    for row in 0..3 {
+        let squares: Vec<f64> = alone.iter().map(|errors| errors[row] * errors[row]).collect();
+        let total: f64 = squares.iter().sum();
+        assert!(((total / 3.0).sqrt() / all[row] - 1.0).abs() < 1e-9);
+        let others: Vec<f64> = squares.iter().map(|square| ((total - square) / 2.0).sqrt()).collect();
+        let mean = others.iter().sum::<f64>() / 3.0;
+        let spread: f64 = others.iter().map(|other| (other - mean).powi(2)).sum();
+        let expected = (spread * 2.0 / 3.0).sqrt();
+        assert!(
+            expected > 0.0 && (deviations[row] / expected - 1.0).abs() < 1e-6,
+            "{deviations:?}, {expected}"
+        );
+    }
+}
+
+#[test]
+fn unsuitable_references_are_rejected() {
+    use exr::prelude::*;
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    write_rgb_file(file("other.exr"), 32, 18, |_, _| (0.1f32, 0.1f32, 0.1f32)).unwrap();
+    write_rgb_file(file("nan.exr"), 24, 18, |x, y| {
+        (if (x, y) == (3, 2) { f32::NAN } else { 0.1 }, 0.1f32, 0.1f32)
+    })
+    .unwrap();
+    let grey = SpecificChannels::build().with_channel("Y").with_pixel_fn(|_| (0.5f32,));
+    Image::from_channels((24, 18), grey).write().to_file(file("grey.exr")).unwrap();
+    fs::write(file("broken.exr"), b"no picture").unwrap();
+    for (more, code, words) in [
+        (
+            "--reference other.exr",
+            1,
+            "other.exr has 32×18 pixels, but the scene is measured at 24×18; give --size 32x18",
+        ),
+        ("--reference nan.exr", 1, "pixel 3,2 of the reference nan.exr is NaN or infinite"),
+        ("--reference grey.exr", 1, "no channels R, G and B at full resolution, only Y"),
+        ("--reference broken.exr", 1, "not a complete"),
+        ("--reference missing.exr", 1, "there is no such file"),
+        ("--reference a.png", 2, "a reference is OpenEXR"),
+        ("--reference other.exr --reference-spp 64", 2, "cannot be used with"),
+        ("--sampler sobol,sobol", 2, "sobol is named twice"),
+        ("--sampler sobol,halton", 2, "unknown sampler \"halton\""),
+    ] {
+        let output = bench("noise", &format!("{SMALL} {more} --csv n.csv"), folder.path());
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{more}: {said}");
+        assert!(said.contains(words), "{more}: {said}");
+        assert!(output.stdout.is_empty() && !file("n.csv").exists());
+    }
+    // Only comparisons of errors take several samplers.
+    let output = bench("threads", "--sampler sobol,independent", folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 
 #[test]

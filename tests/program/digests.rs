@@ -2,7 +2,7 @@
 //!
 //! `tests/digests.txt` contains the digests. They do not prove that an image is right, only that it has not changed;
 //! other tests compare images with mathematics and independent renderers. A change that alters bits on purpose runs
-//! `STRIDE_BLESS=1 cargo test --release --test digests` and states the reason in its commit message.
+//! `STRIDE_BLESS=1 cargo test --release --test program digests` and states the reason in its commit message.
 
 use crate::common;
 use crate::common::scenes::*;

@@ -10,7 +10,7 @@ use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
 use crate::sampling::Region;
-use crate::scene::{Integrator, Sampler, Scene, UNLIMITED};
+use crate::scene::{Choice, Sampler, Scene, UNLIMITED};
 use crate::session::{self, Devices, Outputs, RenderJob, RenderSettings, Report, Stopping, ViewerSettings};
 use crossbeam_channel::Receiver;
 use std::convert::Infallible;
@@ -137,21 +137,18 @@ impl<'a> Bench<'a> {
 
     /// The description of the render in a chart's subtitle.
     pub(super) fn circumstances(&self, more: &[String]) -> String {
+        self.circumstances_of(&[self.scene.render.sampler], more)
+    }
+
+    /// The same, for renders with several samplers.
+    pub(super) fn circumstances_of(&self, samplers: &[Sampler], more: &[String]) -> String {
         let Scene { film, render, .. } = &self.scene;
-        let integrator = match render.integrator {
-            Integrator::Whitted => "whitted",
-            Integrator::Path => "path",
-            Integrator::PathNaive => "path-naive",
-        };
-        let sampler = match render.sampler {
-            Sampler::Independent => "independent",
-            Sampler::Sobol => "sobol",
-        };
+        let samplers: Vec<&str> = samplers.iter().map(|sampler| sampler.name()).collect();
         let mut words = vec![
             self.arguments.scene.name(),
             format!("{}×{} pixels", film.width, film.height),
-            integrator.to_owned(),
-            sampler.to_owned(),
+            render.integrator.name().to_owned(),
+            samplers.join(", "),
         ];
         words.extend_from_slice(more);
         words.join(" · ")

@@ -3,6 +3,8 @@
 mod depth;
 mod measurement;
 mod noise;
+mod reference;
+mod statistics;
 mod table;
 mod threads;
 

@@ -1,46 +1,128 @@
 //! `stride bench noise`: error against samples per pixel.
 //!
 //! With independent samples the error falls as 1/√n: a line of slope −½ on logarithmic axes. With `sobol` it falls
-//! faster where radiance is smooth. The error is the root of the mean squared difference from a reference that is
-//! rendered with another seed and many more samples, so that the two are independent. A reference of R samples has an
-//! error of its own: the measured error at n independent samples is √(1 + n/R) times the true error, at most 1.6% too
-//! large at the default R of 32 n.
+//! faster where radiance is smooth. The error is the root of the mean squared difference from a reference that has
+//! another seed and many more samples, so that the two are independent. A reference of R samples has an error of its
+//! own: if its samples are independent, the measured error at n independent samples is √(1 + n/R) times the true error,
+//! at most 1.6% too large at the default R of 32 n.
 
 use super::measurement::{Bench, CommonArguments, Verbosity, counted, threads_or_cores};
+use super::reference;
+use super::statistics::{Fit, fit, standard_error};
 use super::table::{Cell, Table, significant};
+use crate::cli::arguments::samplers;
 use crate::cli::failure::{Failure, usage};
+use crate::film::Picture;
 use crate::film::compare::{mean_without_worst, squared_errors};
 use crate::film::noise::WORST;
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
+use crate::scene::{Choice, Sampler};
 use crate::session::MOST_THREADS;
+use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(
+    mut_arg("spp", |spp| spp.default_value("32").help(
+        "Largest number of samples per pixel; errors are measured at 1, 2, 4, … up to the largest power of two that is \
+         not above it"
+    )),
+    mut_arg("sampler", |sampler| sampler.value_parser(samplers).value_name("NAME,…").help(format!(
+        "Samplers to compare, instead of the scene's: {}, or several, separated by commas",
+        Sampler::listed()
+    ))),
+    mut_arg("seed", |seed| seed.help("First of the measured seeds, instead of the scene's")),
+    mut_arg("csv", |csv| csv.help("Write the table as comma-separated values, with a header row and all digits")),
+    mut_arg("plot", |plot| plot.help("Write a chart of the errors of all samplers as SVG; whiskers are ± values")),
+    after_help = AFTER_HELP
+)]
 pub(super) struct NoiseArguments {
     #[command(flatten)]
     common: CommonArguments,
-    /// Samples per pixel of the reference [default: 32 times the largest measured number]
+    /// Picture to compare with, instead of rendering a reference: OpenEXR, of the size of the film, with the same
+    /// camera and filter, another seed, and many times the samples
+    #[arg(long, value_name = "FILE.exr", conflicts_with = "reference_spp")]
+    reference: Option<PathBuf>,
+    /// Samples per pixel of the rendered reference [default: 32 times the largest measured number]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
     reference_spp: Option<u32>,
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
         help = format!("Rendering threads, 1 to {MOST_THREADS} [default: one per core]"))]
     threads: Option<u16>,
-    /// Seeds over which squared errors are averaged
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    /// Number of independent seeds, which count up from the first; several are needed for ±
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
 }
 
+const AFTER_HELP: &str = "\
+Figures:
+  RMS error           Root of the mean squared difference from the reference, over pixels, channels and seeds, in the
+                      scene's unit of radiance.
+  Error × √samples    Constant while the error falls as 1/√samples.
+  Without worst 0.5%  RMS error without the pixels of the largest errors, which are chosen anew for each picture.
+  Slope               Of the straight line fitted to log(error) over log(samples); −0.5 for independent samples.
+  R²                  Share of the variation of log(error) that the line explains.
+  ±                   Standard error over the seeds (jackknife). The reference is the same for all seeds, so its own
+                      error is not included.";
+
 /// Samples of the reference per sample of the largest measured picture.
 const REFERENCE_FACTOR: u32 = 32;
-/// Added to the scene's seed for the reference. The measured pictures count up from the scene's seed. It has no power of
-/// two as a factor: samplers hash seeds, and seeds that differ in the highest bit alone give correlated numbers.
-const REFERENCE_SEED: u32 = 0x9e37_79b9;
 
-/// One row of the table: root-mean-square errors of radiance.
+/// Mean squared errors of radiance in one picture.
 #[derive(Clone, Copy, Debug)]
-struct Measured {
-    spp: u32,
-    rms: f64,
+struct Squares {
+    all: f64,
     without_worst: f64,
+}
+
+/// One row of the table.
+#[derive(Clone, Debug)]
+struct Measured {
+    sampler: Sampler,
+    spp: u32,
+    /// By seed.
+    squares: Vec<Squares>,
+}
+
+/// Selects an error.
+type Which = fn(&Squares) -> f64;
+
+const ALL: Which = |squares| squares.all;
+const REST: Which = |squares| squares.without_worst;
+
+/// A figure and its standard error over seeds.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    value: f64,
+    deviation: Option<f64>,
+}
+
+impl Measured {
+    /// The root-mean-square error over all seeds, or all but one.
+    fn root(&self, which: Which, left_out: Option<usize>) -> f64 {
+        let seeds = self.squares.iter().enumerate().filter(|(seed, _)| Some(*seed) != left_out);
+        let (count, sum) =
+            seeds.fold((0.0, 0.0), |(count, sum), (_, squares)| (count + 1.0, sum + which(squares)));
+        f64::sqrt(sum / count)
+    }
+
+    fn error(&self, which: Which) -> Estimate {
+        let deviation = standard_error(self.squares.len(), |seed| Some(self.root(which, Some(seed))));
+        Estimate { value: self.root(which, None), deviation }
+    }
+}
+
+/// The slope of errors against samples per pixel.
+#[derive(Clone, Copy, Debug)]
+struct Slope {
+    fit: Fit,
+    deviation: Option<f64>,
+}
+
+fn slope(rows: &[Measured], which: Which) -> Option<Slope> {
+    let fit = |left_out| fit(rows.iter().map(|row| (row.spp.into(), row.root(which, left_out))));
+    let seeds = rows.first().map_or(0, |row| row.squares.len());
+    let deviation = standard_error(seeds, |seed| fit(Some(seed)).map(|fit| fit.slope));
+    Some(Slope { fit: fit(None)?, deviation })
 }
 
 pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
@@ -54,148 +136,150 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
             counted(most.into(), "sample per pixel", "samples per pixel")
         )));
     }
-    let bench = Bench::open(&arguments.common)?;
-    let rows = measure(&bench, arguments, &steps, reference_spp)?;
-
-    let mut circumstances = vec![bench.depth(), format!("reference of {reference_spp} samples per pixel")];
-    if arguments.repeat > 1 {
-        circumstances.push(format!("{} seeds", arguments.repeat));
+    if let Some(path) = &arguments.reference {
+        reference::check_name(path)?;
     }
-    let circumstances = bench.circumstances(&circumstances);
-    let all = fit(rows.iter().map(|row| (row.spp.into(), row.rms)));
-    let rest = fit(rows.iter().map(|row| (row.spp.into(), row.without_worst)));
-    let remarks = format!(
-        "\nSlope on logarithmic axes: {}; {WITHOUT_WORST}: {}\n",
-        describe_fit(all),
-        describe_fit(rest)
-    );
-    let chart = chart(&rows, [all, rest], &circumstances);
+    let bench = Bench::open(&arguments.common)?;
+    let threads = threads_or_cores(arguments.threads);
+    let (reference, source) = match &arguments.reference {
+        Some(path) => (Some(reference::read(path, &bench)?), format!("reference {}", path.display())),
+        None => {
+            let picture = reference::render(&bench, reference_spp, threads)?;
+            (picture, format!("reference of {reference_spp} samples per pixel"))
+        }
+    };
+    let samplers = arguments.common.scene.samplers().unwrap_or_else(|| vec![bench.scene.render.sampler]);
+    // By sampler: their rows.
+    let rows = match &reference {
+        Some(reference) => measure(&bench, arguments, &samplers, &steps, reference)?,
+        None => Vec::new(),
+    };
+
+    let seeds = counted(arguments.repeat.into(), "seed", "seeds");
+    let circumstances = bench.circumstances_of(&samplers, &[bench.depth(), source, seeds.clone()]);
+    let slopes: Vec<_> = rows.iter().map(|rows| [slope(rows, ALL), slope(rows, REST)]).collect();
+    let mut remarks = "\n".to_owned();
+    for (rows, [all, rest]) in rows.iter().zip(&slopes) {
+        let name = rows.first().map_or("", |row| row.sampler.name());
+        let [all, rest] = [all, rest].map(|slope| describe_slope(*slope));
+        remarks += &format!("Slope of {name} on logarithmic axes: {all}; {WITHOUT_WORST}: {rest}\n");
+    }
+    remarks += &match arguments.repeat {
+        1 => "There is no ± with --repeat 1: it is the standard error over several seeds.\n".to_owned(),
+        _ => format!("± is the standard error over {seeds}, without the error of the reference.\n"),
+    };
+    let chart = chart(&rows, &slopes, &circumstances);
     bench.publish(&circumstances, &table(&rows), &remarks, &chart)
 }
 
 const WITHOUT_WORST: &str = "without the worst 0.5% of pixels";
 
-/// Renders the reference and then the pictures, until all are done or Ctrl-C is pressed. Each picture is a separate
-/// render: it equals the picture of a longer one at that point, and all together take as long as one more.
+/// Renders pictures until all are done or Ctrl-C is pressed, and returns the errors of each sampler. Each picture is a
+/// separate render: it equals the picture of a longer one at that point, and all together take as long as one more.
+/// Every number of samples is measured with all samplers before the next, so that an interrupted table compares them.
 fn measure(
     bench: &Bench,
     arguments: &NoiseArguments,
+    samplers: &[Sampler],
     steps: &[u32],
-    reference_spp: u32,
-) -> Result<Vec<Measured>, Failure> {
+    reference: &Picture,
+) -> Result<Vec<Vec<Measured>>, Failure> {
     let threads = threads_or_cores(arguments.threads);
-    let render = |seed: u32, spp: u32, loudness: Verbosity| {
-        let mut scene = bench.scene.clone();
-        scene.render.seed = scene.render.seed.wrapping_add(seed);
-        bench.render(scene, spp, threads, loudness)
-    };
-    bench.print_progress(&format!("rendering the reference, {reference_spp} samples per pixel"));
-    let Some(reference) = render(REFERENCE_SEED, reference_spp, Verbosity::Progress)? else {
-        return Ok(Vec::new());
-    };
-    let mut rows = Vec::new();
+    let mut rows = vec![Vec::new(); samplers.len()];
     'steps: for &spp in steps {
-        let (mut all, mut rest) = (0.0, 0.0);
-        for replicate in 0..arguments.repeat {
-            let Some(report) = render(replicate.into(), spp, Verbosity::Quiet)? else { break 'steps };
-            let errors = squared_errors(&report.picture, &reference.picture);
-            all += mean_without_worst(&errors, 0.0);
-            rest += mean_without_worst(&errors, WORST);
+        for (&sampler, rows) in samplers.iter().zip(&mut rows) {
+            let mut row = Measured { sampler, spp, squares: Vec::new() };
+            for replicate in 0..arguments.repeat {
+                let mut scene = bench.scene.clone();
+                scene.render.sampler = sampler;
+                scene.render.seed = scene.render.seed.wrapping_add(replicate.into());
+                let Some(report) = bench.render(scene, spp, threads, Verbosity::Quiet)? else { break 'steps };
+                let errors = squared_errors(&report.picture, reference);
+                let [all, without_worst] = [0.0, WORST].map(|share| mean_without_worst(&errors, share));
+                row.squares.push(Squares { all, without_worst });
+            }
+            let samples = counted(spp.into(), "sample per pixel", "samples per pixel");
+            let error = describe(row.error(ALL));
+            bench.print_progress(&format!("{}, {samples}: RMS error {error}", sampler.name()));
+            rows.push(row);
         }
-        let root = |sum: f64| (sum / f64::from(arguments.repeat)).sqrt();
-        let row = Measured { spp, rms: root(all), without_worst: root(rest) };
-        let samples = counted(spp.into(), "sample per pixel", "samples per pixel");
-        bench.print_progress(&format!("{samples}: RMS error {}", significant(row.rms, 4)));
-        rows.push(row);
     }
+    rows.retain(|rows| !rows.is_empty());
     Ok(rows)
 }
 
-fn table(rows: &[Measured]) -> Table {
+/// "0.1234 ± 0.0012".
+fn describe(Estimate { value, deviation }: Estimate) -> String {
+    let value = significant(value, 4);
+    deviation.map_or_else(|| value.clone(), |deviation| format!("{value} ± {}", significant(deviation, 2)))
+}
+
+fn table(rows: &[Vec<Measured>]) -> Table {
     let mut table = Table::new(&[
+        ("Sampler", "sampler"),
         ("Samples", "spp"),
         ("RMS error", "rms_error"),
+        ("", "rms_error_standard_error"),
         ("Error × √samples", "rms_error_times_root_spp"),
         ("Without worst 0.5%", "rms_error_without_worst"),
+        ("", "rms_error_without_worst_standard_error"),
         ("Error × √samples", "rms_error_without_worst_times_root_spp"),
     ]);
-    for row in rows {
-        let root = f64::from(row.spp).sqrt();
-        let cell = |value: f64| Cell::new(significant(value, 4), value);
-        table.push(vec![
-            Cell::count(row.spp),
-            cell(row.rms),
-            cell(row.rms * root),
-            cell(row.without_worst),
-            cell(row.without_worst * root),
-        ]);
+    for row in rows.iter().flatten() {
+        let mut cells = vec![Cell::word(row.sampler.name()), Cell::count(row.spp)];
+        for which in [ALL, REST] {
+            let error = row.error(which);
+            let scaled = error.value * f64::from(row.spp).sqrt();
+            cells.push(Cell::new(describe(error), error.value));
+            cells.push(error.deviation.map_or_else(Cell::nothing, |deviation| Cell::new("", deviation)));
+            cells.push(Cell::new(significant(scaled, 4), scaled));
+        }
+        table.push(cells);
     }
     table
 }
 
-/// A straight line through the logarithms of points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Fit {
-    slope: f64,
-    /// Standard error of the slope.
-    deviation: f64,
-    /// The coefficient of determination R², 0 to 1.
-    explained: f64,
-}
-
-/// Least squares; `None` for fewer than three points, because any line fits two, or if an ordinate has no logarithm.
-fn fit(points: impl Iterator<Item = (f64, f64)>) -> Option<Fit> {
-    let points: Vec<(f64, f64)> = points.map(|(x, y)| (x.ln(), y.ln())).collect();
-    if points.len() < 3 || points.iter().any(|(x, y)| !x.is_finite() || !y.is_finite()) {
-        return None;
-    }
-    let count = points.len() as f64;
-    let (mean_x, mean_y) =
-        points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
-    let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
-        points.iter().map(|(x, y)| term(x - mean_x, y - mean_y)).sum()
-    };
-    let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
-    let slope = xy / xx;
-    let residual = sum(&|x, y| (y - slope * x).powi(2));
-    let deviation = (residual / (count - 2.0) / xx).sqrt();
-    let explained = if yy > 0.0 { 1.0 - residual / yy } else { 1.0 };
-    Some(Fit { slope, deviation, explained })
-}
-
 /// "−0.501 ± 0.002 (R² 0.9998)".
-fn describe_fit(fit: Option<Fit>) -> String {
-    fit.map_or_else(
-        || "none: fewer than three errors are above zero".to_owned(),
-        |Fit { slope, deviation, explained }| {
-            format!("{slope:.3} ± {deviation:.3} (R² {explained:.4})").replace('-', "−")
-        },
-    )
+fn describe_slope(slope: Option<Slope>) -> String {
+    let Some(Slope { fit: Fit { slope, explained }, deviation }) = slope else {
+        return "none: fewer than three errors are above zero".to_owned();
+    };
+    let deviation = deviation.map_or_else(String::new, |deviation| format!(" ± {deviation:.3}"));
+    format!("{slope:.3}{deviation} (R² {explained:.4})").replace('-', "−")
 }
 
-fn chart(rows: &[Measured], fits: [Option<Fit>; 2], circumstances: &str) -> Chart {
-    let named = |name: &str, fit: Option<Fit>| match fit {
-        Some(fit) => format!("{name}: slope {:.3}", fit.slope).replace('-', "−"),
-        None => name.to_owned(),
+fn chart(rows: &[Vec<Measured>], slopes: &[[Option<Slope>; 2]], circumstances: &str) -> Chart {
+    let named = |name: String, slope: Option<Slope>| match slope {
+        Some(Slope { fit, .. }) => format!("{name}: slope {:.3}", fit.slope).replace('-', "−"),
+        None => name,
     };
-    let curve = |label: String, error: fn(&Measured) -> f64| {
-        let points = rows.iter().map(|row| Point::at(row.spp.into(), error(row))).collect();
-        Series { label, points, style: Style::Measured }
+    let curve = |label: String, rows: &[Measured], which: Which| {
+        let point = |row: &Measured| {
+            let Estimate { value: y, deviation } = row.error(which);
+            // A whisker down to zero has no end on a logarithmic axis.
+            let range =
+                deviation.filter(|deviation| *deviation < y).map(|deviation| [y - deviation, y + deviation]);
+            Point { range, ..Point::at(row.spp.into(), y) }
+        };
+        Series { label, points: rows.iter().map(point).collect(), style: Style::Measured }
     };
-    let mut series = vec![
-        curve(named("all pixels", fits[0]), |row| row.rms),
-        curve(named("without the worst 0.5%", fits[1]), |row| row.without_worst),
-    ];
-    if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
-        let at = |spp: u32| f64::from(spp).sqrt().recip();
-        // Beside the curve, so that neither hides the other, and across the whole chart. Its height is the
-        // curve's mean on these axes, so that neither end appears as the reference.
-        let logarithms: f64 = rows.iter().map(|row| (row.rms * f64::from(row.spp).sqrt()).ln()).sum();
-        let level = 1.15 * (logarithms / rows.len() as f64).exp();
-        let ends = [
-            (f64::from(first.spp) / 4.0, 2.0 * at(first.spp)),
-            (f64::from(last.spp) * 4.0, at(last.spp) / 2.0),
-        ];
+    let mut series = Vec::new();
+    for (rows, [all, rest]) in rows.iter().zip(slopes) {
+        let name = rows.first().map_or("", |row| row.sampler.name());
+        series.push(curve(named(format!("{name}, all pixels"), *all), rows, ALL));
+        series.push(curve(named(format!("{name}, without the worst 0.5%"), *rest), rows, REST));
+    }
+    // Beside the highest curve, so that neither hides the other, and across the whole chart. Its height is the
+    // curve's mean on these axes, so that neither end appears as the reference.
+    let level = |rows: &Vec<Measured>| {
+        let logarithm = |row: &Measured| (row.error(ALL).value * f64::from(row.spp).sqrt()).ln();
+        (rows.iter().map(logarithm).sum::<f64>() / rows.len() as f64).exp()
+    };
+    let steps = rows.iter().flatten().map(|row| f64::from(row.spp));
+    let level = 1.15 * rows.iter().map(level).fold(0.0, f64::max);
+    if let (Some(first), Some(last)) = (steps.clone().min_by(f64::total_cmp), steps.max_by(f64::total_cmp)) {
+        let at = |spp: f64| spp.sqrt().recip();
+        let ends = [(first / 4.0, 2.0 * at(first)), (last * 4.0, at(last) / 2.0)];
         let points = ends.map(|(spp, error)| Point::at(spp, level * error)).to_vec();
         series.push(Series { label: "slope −½".to_owned(), points, style: Style::Guide });
     }
@@ -205,29 +289,5 @@ fn chart(rows: &[Measured], fits: [Option<Fit>; 2], circumstances: &str) -> Char
         x: Axis { label: "Samples per pixel".to_owned(), scale: Scale::Binary },
         y: Axis { label: "RMS error (W·m⁻²·sr⁻¹)".to_owned(), scale: Scale::Decimal },
         series,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_straight_line_fits_exactly_and_a_bent_one_has_a_deviation() {
-        let line = |n: i32| (f64::from(1 << n), 3.0 * f64::from(1 << n).powf(-0.5));
-        let found = fit((0..6).map(line)).unwrap();
-        assert!((found.slope + 0.5).abs() < 1e-12 && found.deviation < 1e-9 && found.explained > 1.0 - 1e-12);
-        // Logarithms 0, 0, −1 at 0, 1, 2: slope −½, residuals 1/6, −1/3, 1/6.
-        let bent = [(1.0, 1.0), (1f64.exp(), 1.0), (2f64.exp(), (-1f64).exp())];
-        let found = fit(bent.into_iter()).unwrap();
-        assert!((found.slope + 0.5).abs() < 1e-12);
-        assert!((found.deviation - (1.0f64 / 6.0 / 2.0).sqrt()).abs() < 1e-12);
-        assert!((found.explained - 0.75).abs() < 1e-12);
-    }
-
-    #[test]
-    fn too_few_points_or_no_error_have_no_slope() {
-        assert_eq!(fit([(1.0, 1.0), (2.0, 0.5)].into_iter()), None);
-        assert_eq!(fit([(1.0, 0.0), (2.0, 0.0), (4.0, 0.0)].into_iter()), None);
     }
 }

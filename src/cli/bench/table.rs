@@ -2,17 +2,22 @@
 
 use std::fmt;
 
-/// A number, formatted and raw.
+/// A number or a word, formatted for users and for programs.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
     shown: String,
-    raw: Option<f64>,
+    raw: String,
 }
 
 impl Cell {
     /// A number with its own format.
     pub(super) fn new(shown: impl Into<String>, raw: f64) -> Cell {
-        Cell { shown: shown.into(), raw: Some(raw) }
+        Cell { shown: shown.into(), raw: raw.to_string() }
+    }
+
+    /// A word without commas.
+    pub(super) fn word(word: &str) -> Cell {
+        Cell { shown: word.to_owned(), raw: word.to_owned() }
     }
 
     /// A count.
@@ -32,7 +37,7 @@ impl Cell {
 
     /// A missing number.
     pub(super) fn nothing() -> Cell {
-        Cell { shown: "–".to_owned(), raw: None }
+        Cell { shown: "–".to_owned(), raw: String::new() }
     }
 }
 
@@ -57,7 +62,7 @@ pub(super) struct Column {
     pub(super) name: &'static str,
 }
 
-/// Rows of numbers.
+/// Rows of cells.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
     columns: Vec<Column>,
@@ -87,8 +92,8 @@ impl Table {
         let names: Vec<&str> = self.columns.iter().map(|column| column.name).collect();
         let mut text = names.join(",") + "\n";
         for row in &self.rows {
-            let cells = row.iter().map(|cell| cell.raw.map_or_else(String::new, |raw| raw.to_string()));
-            text += &(cells.collect::<Vec<_>>().join(",") + "\n");
+            let cells: Vec<&str> = row.iter().map(|cell| cell.raw.as_str()).collect();
+            text += &(cells.join(",") + "\n");
         }
         text
     }

@@ -135,7 +135,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 }
                 if is_smooth && given_corners.iter().any(|&(_, _, normal)| normal == 0) {
                     parts.note(
-                        "faces of smoothing groups have flat shading at corners without a normal",
+                        "faces of smoothing groups are flat without normals; export the file with normals to smooth them",
                         source.line(),
                     );
                 }

@@ -11,6 +11,7 @@ use super::report::{Diagnostics, Reported};
 use crate::parameter::{Number, unit};
 use crate::scene::description;
 use crate::scene::spelling::{self, quote};
+use crate::scene::synonyms;
 
 /// The type of a value, with an article, for beginners.
 pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
@@ -480,5 +481,7 @@ pub(super) fn unknown_word<'c>(
     at: usize,
     diagnostics: &mut Diagnostics<'_>,
 ) -> Reported {
-    diagnostics.error_with(at, spelling::unknown(what, word), |_| spelling::instead(word, known))
+    diagnostics.error_with(at, spelling::unknown(what, word), |_| {
+        synonyms::advice(what, word).map(str::to_owned).or_else(|| spelling::instead(word, known))
+    })
 }

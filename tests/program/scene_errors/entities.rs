@@ -90,8 +90,18 @@ broken!(
 );
 broken!(
     shape_unknown,
+    entity(r#"{ type = "torus" }"#, ""),
+    [&format!(r#"5:18: unknown shape type "torus"; valid here: {}"#, shapes())]
+);
+broken!(
+    shape_by_another_programs_name,
     entity(r#"{ type = "cube" }"#, ""),
-    [&format!(r#"5:18: unknown shape type "cube"; valid here: {}"#, shapes())]
+    [r#"5:18: unknown shape type "cube"; did you mean "box"?"#]
+);
+broken!(
+    shape_by_its_format,
+    entity(r#"{ type = "obj", file = "a.obj" }"#, ""),
+    [r#"5:18: unknown shape type "obj"; a shape from a file is { type = "mesh", file = "NAME.obj" }"#]
 );
 broken!(
     disk_without_normal,
@@ -247,6 +257,20 @@ broken!(
 type = "pont"
 "#,
     [r#"2:8: unknown light type "pont"; did you mean "point"?"#]
+);
+broken!(
+    light_of_a_surface,
+    "[[lights]]\ntype = \"area\"\n",
+    [
+        r#"2:8: unknown light type "area"; an area light is an entity with emission: [[entities]] with shape = { type = "sphere", center = [0, 0, 3], radius = 0.5 }, a material, and emission = [10, 10, 10]"#
+    ]
+);
+broken!(
+    light_from_everywhere,
+    "[[lights]]\ntype = \"envmap\"\n",
+    [
+        r#"2:8: unknown light type "envmap"; light from all directions is the table [environment] with radiance = [1, 1, 1], or with file = "sky.exr""#
+    ]
 );
 broken!(
     light_intensity_infinite,

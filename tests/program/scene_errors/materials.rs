@@ -13,10 +13,20 @@ broken!(
     material_type_unknown,
     r#"
 [materials.a]
-type = "plastic"
+type = "velvet"
 "#,
     [
-        r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard", "mix""#
+        r#"2:8: unknown material type "velvet"; valid here: "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard", "mix""#
+    ]
+);
+broken!(
+    material_type_without_a_counterpart,
+    r#"
+[materials.a]
+type = "principled"
+"#,
+    [
+        r#"2:8: unknown material type "principled"; there is no layered material: use "conductor" for metal, "dielectric" for glass, and "matte" or a "mix" for the rest"#
     ]
 );
 broken!(

@@ -123,8 +123,24 @@ fn sentences_of_documents_are_short() {
 #[test]
 fn sentences_of_help_texts_are_short() {
     let mut found = Vec::new();
-    for command in ["", "render", "check", "trace", "split", "merge", "develop", "compare", "info", "bench"] {
-        let arguments = [command, "--help"].into_iter().filter(|argument| !argument.is_empty());
+    let commands = [
+        "",
+        "render",
+        "check",
+        "trace",
+        "split",
+        "merge",
+        "develop",
+        "compare",
+        "convert",
+        "info",
+        "bench",
+        "bench threads",
+        "bench depth",
+        "bench noise",
+    ];
+    for command in commands {
+        let arguments = command.split_whitespace().chain(["--help"]);
         let output = Command::new(env!("CARGO_BIN_EXE_stride")).args(arguments).output().expect("it runs");
         let help = String::from_utf8(output.stdout).expect("UTF-8");
         assert!(help.contains("Usage: stride"), "{help}");

@@ -90,7 +90,7 @@ fn smoothing_groups_without_normals_and_odd_uv_are_noted() {
         notes,
         [
             "an invalid second coordinate of uv is taken for 0: 1, in line 5",
-            "faces of smoothing groups have flat shading at corners without a normal: 2, the first in line 10"
+            "faces of smoothing groups are flat without normals; export the file with normals to smooth them: 2, the first in line 10"
         ]
     );
 }
@@ -250,7 +250,7 @@ fn other_contents_of_obj_files_are_noted() {
             "textures are not read: 1, in line 17",
             "calls of other files and programs are ignored: 1, in line 18",
             "unknown statements are ignored: 1, in line 19",
-            "faces of smoothing groups have flat shading at corners without a normal: 1, in line 21",
+            "faces of smoothing groups are flat without normals; export the file with normals to smooth them: 1, in line 21",
             "faces without area are invisible: 1, in line 21"
         ]
     );

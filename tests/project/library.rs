@@ -330,7 +330,7 @@ fn nothing_is_printed_and_no_environment_is_read() {
         return render_silently();
     }
     let output = Command::new(std::env::current_exe().expect("this test"))
-        .args(["nothing_is_printed_and_no_environment_is_read", "--exact", "--nocapture", "--quiet"])
+        .args(["library::nothing_is_printed_and_no_environment_is_read", "--exact", "--nocapture", "--quiet"])
         .env(SILENT, "1")
         .env("STRIDE_SIMD", "no such level")
         .stdin(Stdio::null())

@@ -182,6 +182,12 @@ impl LaneUint for Uint8 {
     }
 }
 
+/// The lanes, as a mask, in which an unsigned number is at most its end. A closure might not be inlined.
+#[inline(always)]
+fn not_above(numbers: __m256i, ends: __m256i) -> __m256i {
+    unsafe { _mm256_cmpeq_epi32(_mm256_min_epu32(numbers, ends), numbers) }
+}
+
 /// Entries of tables. Most tables have at most eight, for which this takes the fewest instructions.
 ///
 /// # Safety
@@ -195,18 +201,16 @@ unsafe fn look_up<const T: usize>(tables: [*const f32; T], len: usize, index: __
     unsafe {
         let ends = _mm256_set1_epi32(last as i32);
         let index = _mm256_min_epu32(index, ends);
-        // The places of a register that are in the table.
-        let there = |places: __m256i| _mm256_cmpeq_epi32(_mm256_min_epu32(places, ends), places);
         let mut found = [_mm256_setzero_ps(); T];
         let mut i = 0;
         if last < N {
-            let there = there(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+            let there = not_above(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), ends);
             while i < T {
                 found[i] = _mm256_permutevar8x32_ps(_mm256_maskload_ps(tables[i], there), index);
                 i += 1;
             }
         } else if last < 2 * N {
-            let there = there(_mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
+            let there = not_above(_mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15), ends);
             // The bit that selects the register, moved to the position where a blend reads it.
             let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
             while i < T {

@@ -259,7 +259,7 @@ macro_rules! kinds {
     };
 }
 
-// The first kind is computed in all lanes, the others only if a lane has one. New kinds are appended.
+// The first kind is computed in all lanes, the others only if a lane has one. New kinds come before those of tests.
 kinds! {
     Point: PointLight,
     Sphere: AreaLight<Sphere>,

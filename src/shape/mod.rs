@@ -1,6 +1,7 @@
 //! Shapes: the first hit of a ray on a surface, and the properties of the surface at a hit.
 //!
-//! Distances are along a ray of unit direction; [`NOTHING`] means no hit. The outward side is that of the normal of a
+//! Distances are multiples of the ray's direction, which has unit length except in groups; [`NOTHING`] means no hit. The
+//! outward side is that of the normal of a
 //! plane or disk, the outside of a sphere, and the side of u × v of a quad. For a triangle it is the counter-clockwise
 //! side, and for a cylinder the side away from its axis. A box is six quads.
 
@@ -77,6 +78,10 @@ impl Piece {
 pub trait Shape {
     /// The distance to the first hit in front of the ray's origin, or [`NOTHING`]. A point at the origin itself is not
     /// a hit.
+    ///
+    /// Custom shapes are also called with rays of groups, whose directions have any length; the distance is then in
+    /// units of that length. Lengths of a scene lie between 1e-18 and 1e18, so their squares are finite, but higher
+    /// powers are not: a formula of a higher degree must scale its numbers first.
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F;
     /// A bounding box that includes rounding errors. If [`Shape::intersect`] returns a hit, the ray passes there
     /// through the box grown by [`BOUNDS_ERROR`] of the largest coordinate of the ray's origin. Not finite if the shape
@@ -140,11 +145,12 @@ pub struct Surface {
     /// A flat surface consists of the points X with X·normal = distance. The [`CustomSurface::constant`] of a custom
     /// one.
     pub distance: f32,
-    /// The surface's contribution to a hit's error bound: the largest distance of a computed hit from the surface, plus
-    /// the distance below which a ray that starts there might intersect it again.
+    /// The surface's contribution to a hit's error bound: the largest distance of a computed hit from the surface
+    /// (after it was moved onto the surface, for custom and round ones), plus the distance below which a ray that
+    /// starts there might intersect it again.
     pub error: f32,
-    /// u of a point X on a flat surface is X·axis + offset, with the offset as the fourth component. For a custom
-    /// surface, see its shape.
+    /// u of a point X on a flat surface is X·axis + offset, with the offset as the fourth component. A custom shape
+    /// stores any numbers here that its functions need, such as a second length.
     pub u_axis: [f32; 4],
     /// Likewise for v.
     pub v_axis: [f32; 4],

@@ -345,6 +345,7 @@ fn wrappers_become_modifiers() {
     let inner = "<bsdf type=\"diffuse\"/>";
     let (mask, _) = of(&format!("type=\"mask\">{inner}"));
     assert_eq!((mask.modifiers.opacity, mask.textures.len()), (0.5, 0));
+    assert_eq!(of("type=\"null\">").0.modifiers.opacity, 0.0);
     let board = "type=\"checkerboard\"/>";
     let (mask, _) = of(&format!("type=\"mask\"><texture name=\"opacity\" {board}{inner}"));
     assert_eq!(mask.textures[0].parameter, "opacity");

@@ -2,7 +2,7 @@
 
 use super::files::Files;
 use super::object::{Document, Object, Tag};
-use super::report::{Place, Read, Reported, Reports};
+use super::report::{Place, Read, Reported, Reports, UNREADABLE};
 use super::serialized;
 use super::shade::Shade;
 use super::spectrum::Of;
@@ -175,7 +175,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         };
         self.images.get(path).map_err(|error| match error {
             images::Unreadable::First(error) => self.reports.error(place, error.to_string()),
-            images::Unreadable::Again => self.reports.error(place, "this file cannot be read either"),
+            images::Unreadable::Again => self.reports.error(place, UNREADABLE),
         })
     }
 
@@ -332,7 +332,9 @@ impl<'a, 'w> Builder<'a, 'w> {
         let sources = self.sources();
         match self.scene.checked() {
             Ok(scene) => Ok((scene, sources)),
-            Err(problems) => {
+            Err(mut problems) => {
+                // The channels of a colour have one message.
+                problems.dedup_by(|a, b| (&a.part, &a.message) == (&b.part, &b.message));
                 let mut outcome = None;
                 for SceneProblem { part, message } in problems {
                     let place = self.places.of(&part);

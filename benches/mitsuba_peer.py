@@ -79,7 +79,12 @@ class OfMitsuba:
         elif node.type == kind.Sampler:
             self.keep(props, "independent", ())
         elif node.type == kind.Integrator and props.plugin_name() not in PATHS:
-            self.keep(props, "path", ("max_depth", "rr_depth"))
+            if any(self.is_object(props[name]) for name in props.keys()):
+                # The light of the integrator in it, which comes first.
+                self.keep(props, "aov", ())
+                props["aovs"] = "depth:depth"
+            else:
+                self.keep(props, "path", ("max_depth", "rr_depth"))
         if node.type == kind.Integrator and "hide_emitters" in props:
             del props["hide_emitters"]
 
@@ -100,11 +105,15 @@ class OfMitsuba:
         return path
 
     @staticmethod
+    def is_object(value):
+        """Whether a property is an object or a reference to one, which has a name of its own."""
+        return not isinstance(value, (bool, int, float, str))
+
+    @staticmethod
     def keep(props, plugin, names):
         props.set_plugin_name(plugin)
         for name in list(props.keys()):
-            # Objects have names of their own, or are references.
-            if name not in names and isinstance(props[name], (bool, int, float, str)):
+            if name not in names and not OfMitsuba.is_object(props[name]):
                 del props[name]
 
     @staticmethod

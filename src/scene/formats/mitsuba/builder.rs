@@ -2,7 +2,7 @@
 
 use super::files::Files;
 use super::object::{Document, Object, Tag};
-use super::report::{Place, Read, Reported, Reports};
+use super::report::{Place, Read, Reported, Reports, UNREADABLE};
 use super::serialized;
 use super::shade::Shade;
 use super::spectrum::Of;
@@ -175,7 +175,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         };
         self.images.get(path).map_err(|error| match error {
             images::Unreadable::First(error) => self.reports.error(place, error.to_string()),
-            images::Unreadable::Again => self.reports.error(place, "this file cannot be read either"),
+            images::Unreadable::Again => self.reports.error(place, UNREADABLE),
         })
     }
 
@@ -280,6 +280,35 @@ impl<'a, 'w> Builder<'a, 'w> {
         (self.scene.entities, self.places.entities) = placed.into_iter().unzip();
     }
 
+    /// Removes the materials that no entity uses: wrappers have copies of what is in them.
+    fn drop_unused_materials(&mut self) {
+        let mut is_used = vec![false; self.scene.materials.len()];
+        self.scene.entities.iter().for_each(|entity| is_used[entity.material] = true);
+        // A material follows those that it refers to.
+        for (i, material) in self.scene.materials.iter().enumerate().rev() {
+            if is_used[i] {
+                material.named().for_each(|named| is_used[named] = true);
+            }
+        }
+        let mut count = 0;
+        let place = |&used: &bool| {
+            count += usize::from(used);
+            count - usize::from(used)
+        };
+        let new: Vec<usize> = is_used.iter().map(place).collect();
+        let mut used = is_used.iter();
+        self.scene.materials.retain(|_| used.next().is_some_and(|&used| used));
+        let mut used = is_used.iter();
+        self.places.materials.retain(|_| used.next().is_some_and(|&used| used));
+        for material in &mut self.scene.materials {
+            if let MaterialKind::Mix(mix) = &mut material.kind {
+                (mix.a, mix.b) = (new[mix.a], new[mix.b]);
+            }
+            material.modifiers.back = material.modifiers.back.map(|back| new[back]);
+        }
+        self.scene.entities.iter_mut().for_each(|entity| entity.material = new[entity.material]);
+    }
+
     /// Reports the properties that no code has read, of all objects that were converted.
     pub(super) fn report_unused(&mut self) {
         for object in self.document.objects.iter().filter(|object| object.read.get()) {
@@ -299,10 +328,13 @@ impl<'a, 'w> Builder<'a, 'w> {
     pub(super) fn finish(mut self) -> Read<(Scene, crate::scene::fingerprint::Sources)> {
         self.scene.images = self.images.take();
         self.sort_entities();
+        self.drop_unused_materials();
         let sources = self.sources();
         match self.scene.checked() {
             Ok(scene) => Ok((scene, sources)),
-            Err(problems) => {
+            Err(mut problems) => {
+                // The channels of a colour have one message.
+                problems.dedup_by(|a, b| (&a.part, &a.message) == (&b.part, &b.message));
                 let mut outcome = None;
                 for SceneProblem { part, message } in problems {
                     let place = self.places.of(&part);

@@ -34,7 +34,8 @@ impl Builder<'_, '_> {
             },
         };
         let Some(sensor) = chosen else {
-            return Err(self.reports.error(scene.place, "the scene has no sensor"));
+            let help = || Some("add one, or name a file that includes this one and has one".into());
+            return Err(self.reports.error_with(scene.place, "the scene has no sensor", help));
         };
         sensor.read.set(true);
         self.places.camera = sensor.place;
@@ -202,6 +203,9 @@ impl Builder<'_, '_> {
             if u64::from(x) + u64::from(w) > width.into() || u64::from(y) + u64::from(h) > height.into() {
                 let message = format!("the crop of the film reaches beyond its {width}×{height} pixels");
                 return Err(self.reports.error(film.place, message));
+            }
+            if film.plugin != "hdrfilm" {
+                film.ignore_all();
             }
             crop = Some([x, y, w, h]).filter(|crop| *crop != [0, 0, width, height]);
             if let Some(own) = self.child(film, Tag::Filter) {

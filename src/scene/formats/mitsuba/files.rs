@@ -1,9 +1,11 @@
 //! The files that a scene refers to, and the folders in which they are searched for.
 
-use crate::scene::spelling::quote;
+use crate::scene::spelling::{quote, shorten};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -97,20 +99,43 @@ impl Files {
             Some((path, real))
         });
         let Some((path, real)) = found else {
-            let message =
-                format!("there is no file {} in the scene's folder, nor where <path> points", quote(name));
+            let message = format!(
+                "there is no file {} in the scene's folder, nor where <path> points",
+                quote_end(name)
+            );
             return Err((message, None));
         };
         let is_inside = self.root.as_ref().is_some_and(|root| real.starts_with(root));
         if !is_inside && !self.allow_outside {
-            let message = format!("{} is outside the scene's folder", quote(name));
+            let message = format!("{} is outside the scene's folder", quote_end(name));
             return Err((message, Some("use --allow-outside to read it".into())));
+        }
+        if is_pointer(&real) {
+            let message = format!("{} is a pointer of Git LFS, not the file itself", quote_end(name));
+            return Err((message, Some("run \"git lfs pull\" in its repository".into())));
         }
         // The extension is that of the link, not of its target.
         let called = path.file_name().unwrap_or_default().to_owned();
         let mut paths = self.paths.borrow_mut();
         Ok(Arc::clone(paths.entry((real, called)).or_insert_with(|| path.into())))
     }
+}
+
+/// A file's name in quotes. Of a long one the end is shown, by which files of a folder differ.
+fn quote_end(name: &str) -> String {
+    const LONGEST: usize = 40;
+    match name.char_indices().rev().nth(LONGEST - 1) {
+        Some((at, _)) if at > 0 => format!("\"…{}\"", shorten(&name[at..])),
+        _ => quote(name),
+    }
+}
+
+/// Whether a file is what a checkout without Git LFS has in place of a large file.
+fn is_pointer(path: &Path) -> bool {
+    const START: &[u8] = b"version https://git-lfs.github.com/spec/";
+    let mut start = [0; START.len()];
+    let opened = if path.is_file() { File::open(path).ok() } else { None };
+    opened.is_some_and(|mut file| file.read_exact(&mut start).is_ok()) && start == START
 }
 
 #[cfg(test)]
@@ -133,6 +158,9 @@ mod tests {
         let message = |files: &Files, name: &str| files.find(name, &folders).unwrap_err().0;
         let missing = "there is no file \"b.ply\" in the scene's folder, nor where <path> points";
         assert_eq!(message(&files, "b.ply"), missing);
+        let long = format!("{}/12345678901234567890/1234567890/12345.ply", "é/".repeat(40));
+        let end = "there is no file \"…2345678901234567890/1234567890/12345.ply\" in the scene's folder";
+        assert!(message(&files, &long).starts_with(end), "{}", message(&files, &long));
         let outside = "\"../secret.ply\" is outside the scene's folder";
         assert_eq!(message(&files, "../secret.ply"), outside);
         let absolute = outer.path().join("secret.ply");

@@ -39,16 +39,31 @@ impl Builder<'_, '_> {
                 }
                 match self.child(object, Tag::Integrator) {
                     Some(inner) => self.depth_of(inner),
-                    None => Err(self
-                        .reports
-                        .error(object.place, format!("{} has no integrator in it", object.what()))),
+                    // Such an `aov` has layers only, and is rendered with colours.
+                    None if object.plugin == "aov" => Ok(()),
+                    None => {
+                        let message = format!("{} has no integrator in it", object.what());
+                        let help = || Some("add <integrator type=\"path\"/> to it".into());
+                        Err(self.reports.error_with(object.place, message, help))
+                    }
                 }
             }
             // Other methods with the same image. Media are reported separately.
             "ptracer" | "volpath" | "volpathmis" | "prb" | "prb_basic" => self.bounces(object, -1),
+            // Integrators around another one transform its light: `stokes` has its polarisation.
+            _ if self.document.children(object, Tag::Integrator).len() == 1 => {
+                self.reports.lacks(object.place, object.what(), "the integrator in it is used");
+                object.ignore_all();
+                match self.child(object, Tag::Integrator) {
+                    Some(inner) => self.depth_of(inner),
+                    None => Ok(()),
+                }
+            }
             _ => {
                 self.reports.lacks(object.place, object.what(), "a path tracer is used instead");
-                self.bounces(object, -1)
+                let bounces = self.bounces(object, -1);
+                object.ignore_all();
+                bounces
             }
         }
     }

@@ -78,6 +78,7 @@ impl Builder<'_, '_> {
             "bumpmap" => self.bump_map(object),
             "normalmap" => self.normal_map(object),
             "blendbsdf" => self.blend(object),
+            "null" => Ok(self.invisible(object)),
             other => self.another(object, other),
         };
         self.materials.insert(index, material);
@@ -266,6 +267,14 @@ impl Builder<'_, '_> {
             Shade::Colour([opacity, ..]) => material.modifiers.opacity = opacity,
             Shade::Texture(texture) => material.textures.push(Textured { parameter: "opacity", texture }),
         }))
+    }
+
+    /// The boundary of a medium that has the index of the outside: a hole.
+    fn invisible(&mut self, object: &Object) -> usize {
+        let matte = MatteParameters { reflectance: [0.0; 3], roughness: 0.0 };
+        let material = self.add_material(Some(object), object.place, matte, Vec::new());
+        self.scene.materials[material].modifiers.opacity = 0.0;
+        material
     }
 
     fn bump_map(&mut self, object: &Object) -> Read<usize> {

@@ -8,7 +8,7 @@ use super::builder::{Builder, MeshKey};
 use super::formed::Formed;
 use super::limits::MOST_UNPACKED;
 use super::object::Object;
-use super::report::{Place, Read};
+use super::report::{Place, Read, UNREADABLE};
 use super::transform::uniform_scale;
 use crate::scene::description::Mesh;
 use crate::scene::mesh::Split;
@@ -103,7 +103,7 @@ impl Builder<'_, '_> {
         };
         match self.meshes.get(name, Split::Whole) {
             Ok(Found { file, notes }) => {
-                notes.into_iter().for_each(|note| self.reports.warn(place, note, None));
+                notes.into_iter().for_each(|note| self.reports.note(place, note, None));
                 match file.parts.first() {
                     Some((_, mesh)) => Ok(Some(Arc::clone(mesh))),
                     None => Err(self.reports.error(place, "there is nothing in this file")),
@@ -111,13 +111,13 @@ impl Builder<'_, '_> {
             }
             // Exporters write them, and Mitsuba renders a scene without them.
             Err(Unreadable::First(error)) if error.message.starts_with(&MeshError::Flat.to_string()) => {
-                self.reports.warn(place, error.to_string(), Some("it is left out".into()));
+                self.reports.note(place, error.to_string(), Some("it is left out".into()));
                 self.flat.insert(path.into());
                 Ok(None)
             }
             Err(Unreadable::Again) if self.flat.contains(path) => Ok(None),
             Err(Unreadable::First(error)) => Err(self.reports.error(place, error.to_string())),
-            Err(Unreadable::Again) => Err(self.reports.error(place, "this file cannot be read either")),
+            Err(Unreadable::Again) => Err(self.reports.error(place, UNREADABLE)),
         }
     }
 

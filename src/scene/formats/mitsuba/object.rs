@@ -147,8 +147,12 @@ impl Document {
     /// The properties of an object that have not been read.
     pub(super) fn unused<'o>(&'o self, object: &'o Object) -> impl Iterator<Item = &'o Property> {
         object.properties.iter().filter(|property| match property.value {
-            Value::Object(child) if object.looked_at.get() & 1 << self.objects[child].tag as u16 != 0 => {
-                false
+            Value::Object(child) => {
+                let of = &self.objects[child];
+                let is_looked_at = object.looked_at.get() & 1 << of.tag as u16 != 0;
+                // An object of the scene may be converted where others refer to it.
+                let is_elsewhere = object.tag == Tag::Scene && of.read.get();
+                !is_looked_at && !is_elsewhere && !property.used.get()
             }
             _ => !property.used.get(),
         })

@@ -8,6 +8,12 @@ use std::sync::Arc;
 /// The maximum number of errors that are described.
 const MOST_ERRORS: usize = 100;
 
+/// The maximum number of notes on meshes that are described. A scene may have one for each of a thousand files.
+const MOST_NOTES: usize = 10;
+
+/// The message about a file whose error has been reported.
+pub(super) const UNREADABLE: &str = "this file cannot be read, as reported at its first place";
+
 /// The maximum number of features without a counterpart that are described.
 const MOST_LACKS: usize = 50;
 
@@ -49,6 +55,7 @@ pub(super) struct Reports {
     unlisted: usize,
     warnings: Vec<Report>,
     unlisted_warnings: usize,
+    notes: usize,
     lacks: Vec<Lack>,
     lack_of: HashMap<String, usize>,
 }
@@ -102,6 +109,14 @@ impl Reports {
         }
     }
 
+    /// Adds a warning about a mesh. Only the first of them are described.
+    pub(super) fn note(&mut self, place: Place, message: impl Into<String>, help: Option<String>) {
+        self.notes += 1;
+        if self.notes <= MOST_NOTES {
+            self.warn(place, message, help);
+        }
+    }
+
     /// Reports a part without a counterpart, and its replacement.
     pub(super) fn lacks(&mut self, place: Place, what: impl Into<String>, instead: &str) {
         let what = what.into();
@@ -117,13 +132,16 @@ impl Reports {
     /// The warnings, in the order of the files, or the errors. With `strict`, features without a counterpart are
     /// errors. Only the first of them are described.
     pub(super) fn finish(self, strict: bool) -> Result<Vec<Diagnostic>, SceneErrors> {
-        let Reports { files, mut errors, unlisted, mut warnings, unlisted_warnings, mut lacks, .. } = self;
+        let Reports {
+            files, mut errors, unlisted, mut warnings, unlisted_warnings, notes, mut lacks, ..
+        } = self;
         lacks.sort_by_key(|lack| lack.first.place);
         let more = lacks.len().saturating_sub(MOST_LACKS);
         let told = lacks.into_iter().take(MOST_LACKS).map(|Lack { first, count }| {
             let all =
                 if count > 1 { format!(" ({count} in all, the first one here)") } else { String::new() };
-            Report { message: format!("{} has no counterpart{all}", first.message), ..first }
+            let help = first.help.map(|help| if strict { format!("without --strict, {help}") } else { help });
+            Report { message: format!("{} has no counterpart{all}", first.message), help, ..first }
         });
         if strict {
             errors.extend(told);
@@ -142,6 +160,7 @@ impl Reports {
             }
         };
         tell(unlisted_warnings, "warnings");
+        tell(notes.saturating_sub(MOST_NOTES), "warnings about meshes");
         tell(more, "features without a counterpart");
         Ok(told)
     }
@@ -211,6 +230,11 @@ mod tests {
         assert_eq!(told[0].to_string(), first);
         assert_eq!(told.len(), MOST_LACKS + 1);
         assert_eq!(told[MOST_LACKS].to_string(), "a.xml: and 7 more features without a counterpart");
+        let mut reports = reports();
+        (0..MOST_NOTES + 5).for_each(|i| reports.note(at(i), "flat", None));
+        let told = reports.finish(false).expect("no errors");
+        assert_eq!(told.len(), MOST_NOTES + 1);
+        assert_eq!(told[MOST_NOTES].to_string(), "a.xml: and 5 more warnings about meshes");
         let told = made(0, MOST_ERRORS + 3).finish(false).expect("no errors");
         assert_eq!(told[MOST_ERRORS].to_string(), "a.xml: and 3 more warnings");
         let errors = made(MOST_LACKS + 7, 0).finish(true).expect_err("strict");

@@ -15,6 +15,21 @@ use crate::scene::spelling::quote;
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 
+/// The plugins that have a counterpart.
+const SHAPES: [&str; 11] = [
+    "cube",
+    "cylinder",
+    "disk",
+    "instance",
+    "merge",
+    "obj",
+    "ply",
+    "rectangle",
+    "serialized",
+    "shapegroup",
+    "sphere",
+];
+
 impl Builder<'_, '_> {
     /// Adds the entities of a shape. `parent` is the transform of its parent to the world.
     pub(super) fn shape(&mut self, index: usize, parent: DAffine3) -> Read<()> {
@@ -51,7 +66,11 @@ impl Builder<'_, '_> {
                 }
             },
             other => {
-                self.reports.lacks(object.place, format!("shape {}", quote(other)), "it is left out");
+                let instead = match SHAPES.iter().find(|shape| other.eq_ignore_ascii_case(shape)) {
+                    Some(shape) => format!("it is left out; did you mean {}?", quote(shape)),
+                    None => "it is left out".into(),
+                };
+                self.reports.lacks(object.place, format!("shape {}", quote(other)), &instead);
                 object.ignore_all();
                 return Ok(());
             }
@@ -168,6 +187,7 @@ impl Builder<'_, '_> {
     fn new_area_light(&mut self, emitter: &Object) -> Read<Emission> {
         if emitter.plugin != "area" {
             self.reports.lacks(emitter.place, emitter.what(), "the shape emits nothing");
+            emitter.ignore_all();
             return Ok(([0.0; 3], None));
         }
         emitter.ignore(&["sampling_weight"]);

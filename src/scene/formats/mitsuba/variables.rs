@@ -104,6 +104,11 @@ impl Variables {
         Ok(done + rest)
     }
 
+    /// The names that a file has used or has defaults for.
+    pub(super) fn known(&self) -> impl Iterator<Item = &str> + Clone {
+        self.all.iter().filter(|variable| variable.known).map(|variable| variable.name.as_str())
+    }
+
     /// The names from the command line that no file uses, in order.
     pub(super) fn unused(&self) -> Vec<String> {
         let unused = self.all.iter().filter(|variable| !variable.known);

@@ -14,7 +14,7 @@ use super::tags;
 use super::text::{number, triple};
 use super::transform;
 use super::variables::Variables;
-use crate::scene::spelling::{instead, quote};
+use crate::scene::spelling::{instead, quote, shorten};
 use glam::DMat4;
 use roxmltree::{Node, ParsingOptions};
 use std::borrow::Cow;
@@ -103,7 +103,8 @@ pub(super) fn parse(
     parser.file(text, whole, None, 0)?;
     for name in parser.variables.unused() {
         let message = format!("the scene has no variable {}", quote(&format!("${name}")));
-        parser.reports.warn(whole, message, None);
+        let help = instead(&name, parser.variables.known());
+        parser.reports.warn(whole, message, help);
     }
     parser.resolve()?;
     Ok(Document::new(parser.objects))
@@ -143,7 +144,12 @@ impl Parser<'_> {
             None => {
                 if element.name != "scene" {
                     let message = format!("the outermost element is {}, not \"scene\"", quote(element.name));
-                    return Err(self.reports.error(element.place, message));
+                    let is_part = Tag::of(element.name).is_some() || OTHERS.contains(&element.name);
+                    let help = match is_part {
+                        true => "name the file that includes this one",
+                        false => "this is not a scene of Mitsuba",
+                    };
+                    return Err(self.reports.error_with(element.place, message, || Some(help.into())));
                 }
                 self.version(&element)?;
                 let scene = self.object(Tag::Scene, &element)?;
@@ -158,7 +164,8 @@ impl Parser<'_> {
     /// Checks the version of a scene.
     fn version(&mut self, element: &Element<'_>) -> Read<()> {
         let Some(version) = element.get("version") else {
-            return Err(self.reports.error(element.place, "<scene> has no version"));
+            let help = || Some("write <scene version=\"3.0.0\">".into());
+            return Err(self.reports.error_with(element.place, "<scene> has no version", help));
         };
         let major = version.trim().split('.').next().and_then(|major| major.parse::<u32>().ok());
         match major {
@@ -370,7 +377,8 @@ impl Parser<'_> {
                 "boolean" => "true or false",
                 _ => "one number or three",
             };
-            self.reports.error(place, format!("{} is not {expected}", quote(text)))
+            let name = element.get("name").filter(|name| !name.is_empty()).unwrap_or("value");
+            self.reports.error(place, format!("{} must be {expected}, not {}", shorten(name), quote(text)))
         })
     }
 

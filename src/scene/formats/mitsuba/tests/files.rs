@@ -85,6 +85,30 @@ fn files_outside_the_folder_are_read_only_if_allowed() {
 }
 
 #[test]
+fn pointers_of_git_lfs_are_reported_as_such() {
+    let shape = "<shape type=\"obj\"><string name=\"filename\" value=\"c.obj\"/></shape>\n";
+    let main = format!("{START}{shape}{shape}</scene>");
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+    let folder = folder(&[("scene/a.xml", &main), ("scene/c.obj", pointer)]);
+    let message =
+        "\"c.obj\" is a pointer of Git LFS, not the file itself; run \"git lfs pull\" in its repository";
+    let told = [3, 4].map(|line| format!("scene/a.xml:{line}:19: {message}"));
+    assert_eq!(errors(folder.path()), told.join("\n"));
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_explained_once() {
+    let shape = "<shape type=\"obj\"><string name=\"filename\" value=\"c.obj\"/></shape>\n";
+    let main = format!("{START}{shape}{shape}</scene>");
+    let folder = folder(&[("scene/a.xml", &main), ("scene/c.obj", "v 0 0 0\n")]);
+    let told = errors(folder.path());
+    let lines: Vec<_> = told.lines().collect();
+    assert!(lines[0].contains("there is no triangle in it"), "{told}");
+    let again = "scene/a.xml:4:19: this file cannot be read, as reported at its first place";
+    assert_eq!(lines[1..], [again]);
+}
+
+#[test]
 fn v_of_obj_files_is_flipped_and_normals_are_computed() {
     let shape = |more: &str| {
         format!("<shape type=\"obj\"><string name=\"filename\" value=\"c.obj\"/>{more}</shape>\n")

@@ -1,7 +1,7 @@
 //! Reports of parts without a counterpart: one for each kind, with the count and the first place.
 
 use super::super::super::LoadOptions;
-use super::{read_with, warnings, whole};
+use super::{read_with, scene, warnings, whole};
 
 #[test]
 fn parts_without_a_counterpart_are_reported_once_with_their_count() {
@@ -13,7 +13,65 @@ fn parts_without_a_counterpart_are_reported_once_with_their_count() {
     assert_eq!(warnings(body), told);
     let options = LoadOptions { strict: true, ..LoadOptions::default() };
     let errors = read_with(&whole(body), &options).expect_err("strict").to_string();
-    assert_eq!(errors.lines().collect::<Vec<_>>(), told);
+    assert_eq!(errors, told.join("\n").replace("; ", "; without --strict, "));
+}
+
+#[test]
+fn a_part_without_a_counterpart_is_reported_without_its_parameters() {
+    let told = |body: &str, what: &str| assert_eq!(warnings(body), [format!("a.xml:2:{what}")], "{body}");
+    told(
+        "<integrator type=\"guided\"><float name=\"guide\" value=\"1\"/></integrator>",
+        "1: integrator \"guided\" has no counterpart; a path tracer is used instead",
+    );
+    told(
+        "<shape type=\"sphere\"><emitter type=\"lamp\"><float name=\"width\" value=\"1\"/></emitter></shape>",
+        "22: emitter \"lamp\" has no counterpart; the shape emits nothing",
+    );
+    told(
+        "<shape type=\"Sphere\"><float name=\"width\" value=\"1\"/></shape>",
+        "1: shape \"Sphere\" has no counterpart; it is left out; did you mean \"sphere\"?",
+    );
+    let film = "<scene version=\"3.0.0\"><sensor type=\"perspective\">\n<film type=\"timed\"><float name=\"bins\" value=\"1\"/><integer name=\"width\" value=\"8\"/></film></sensor><emitter type=\"constant\"/></scene>";
+    let loaded = read_with(film, &LoadOptions::default()).expect("a scene");
+    let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        warnings,
+        ["a.xml:2:1: film \"timed\" has no counterpart; a film of colours is rendered instead"]
+    );
+    assert_eq!(loaded.scene.film.width, 8);
+}
+
+#[test]
+fn the_integrator_in_another_one_is_read() {
+    let inner = "<integrator type=\"path\"><integer name=\"max_depth\" value=\"3\"/></integrator>";
+    let body = format!("<integrator type=\"stokes\">{inner}</integrator>");
+    assert_eq!(scene(&body).render.max_depth, 2);
+    let told = "a.xml:2:1: integrator \"stokes\" has no counterpart; the integrator in it is used";
+    assert_eq!(warnings(&body), [told]);
+    let body = "<integrator type=\"aov\"><string name=\"aovs\" value=\"dd:depth\"/></integrator>";
+    let told = "a.xml:2:1: integrator \"aov\" has no counterpart; use --layers for further layers";
+    assert_eq!(warnings(body), [told]);
+}
+
+#[test]
+fn objects_of_the_scene_that_others_refer_to_are_not_left_out() {
+    let text = |more: &str| {
+        format!(
+            "<scene version=\"3.0.0\"><sampler type=\"stratified\" id=\"a\"/><sensor type=\"perspective\">{more}</sensor><emitter type=\"constant\"/></scene>"
+        )
+    };
+    let told = |more: &str| {
+        let loaded = read_with(&text(more), &LoadOptions::default()).expect("a scene");
+        loaded.warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(told("<ref id=\"a\"/>"), [""; 0]);
+    let left_out = "a.xml:1:24: sampler \"stratified\" in scene \"scene\" has no counterpart; it is left out";
+    assert_eq!(told(""), [left_out]);
+    // A misspelt parameter is reported, though its texture is used elsewhere.
+    let body = "<texture type=\"checkerboard\" id=\"t\"/><shape type=\"cube\"><bsdf type=\"diffuse\"><ref id=\"t\" name=\"reflectance\"/><ref id=\"t\" name=\"reflectanc\"/></bsdf></shape>";
+    let left_out =
+        "a.xml:2:110: texture \"checkerboard\" in bsdf \"diffuse\" has no counterpart; it is left out";
+    assert_eq!(warnings(body), [left_out]);
 }
 
 #[test]
@@ -32,6 +90,11 @@ fn unused_variables_of_the_command_line_are_reported() {
     let options = LoadOptions { defines: vec![("spp".into(), "8".into())], ..LoadOptions::default() };
     let loaded = read_with(&whole("<emitter type=\"constant\"/>"), &options).expect("a scene");
     assert_eq!(loaded.warnings[0].to_string(), "a.xml:1:1: the scene has no variable \"$spp\"");
+    let text = whole("<default name=\"spp\" value=\"4\"/><emitter type=\"constant\"/>");
+    let options = LoadOptions { defines: vec![("sp".into(), "8".into())], ..LoadOptions::default() };
+    let loaded = read_with(&text, &options).expect("a scene");
+    let told = "a.xml:1:1: the scene has no variable \"$sp\"; did you mean \"spp\"?";
+    assert_eq!(loaded.warnings[0].to_string(), told);
 }
 
 #[test]

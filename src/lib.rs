@@ -48,12 +48,14 @@
 //! | [`output`] | one sink per file |
 //! | [`session`] | the processes of a render, and the channels between them |
 //! | [`api`] | the interface for programs: render settings and their rules |
+//! | [`fleet`] | renders on many machines, over a NATS server |
 //! | [`cli`] | the command line |
 
 pub mod api;
 pub mod camera;
 pub mod cli;
 pub mod film;
+pub mod fleet;
 pub mod gpu;
 pub mod integrator;
 pub mod light;

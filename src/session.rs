@@ -7,6 +7,7 @@
 //! | `wiring`, `process` | the processes of a render and the channels between them |
 //! | `finishing` | the outputs at the end, and errors |
 //! | `opening`, `camera_moves` | the window, and the renders of cameras moved in it |
+//! | `gathering` | films that are gathered elsewhere: their headers and pictures |
 //! | `resuming` | the film at the start of a render |
 //! | `pictures`, `layers`, `identity` | picture files, their layers and their metadata |
 //! | `event`, `report` | events during a render, and its result |
@@ -17,6 +18,7 @@ mod camera_moves;
 mod error;
 mod event;
 mod finishing;
+mod gathering;
 mod identity;
 mod layers;
 mod opening;
@@ -30,17 +32,20 @@ mod worker_pool;
 
 pub use error::SessionError;
 pub use event::{Conclusion, Event};
+pub use gathering::{film_head, write_film_pictures};
 pub use report::{Noise, Report};
 pub use settings::{
     ADAPTIVE_NOISE, DeviceChoice, Devices, MOST_THREADS, Outputs, RenderJob, RenderSettings, Stopping,
     ViewerSettings, WindowChoice,
 };
+pub use worker_pool::CPU;
 
 pub(crate) use identity::{NOTES, facts};
 pub(crate) use report::sample_counts;
 
 use crate::film::ViewTransform;
 use crate::film::cryptomatte::Mattes;
+use crate::integrator::Integrator;
 use crate::output::{SampleDump, Tev};
 use crate::render::accumulator::Outcome;
 use crate::sampling::Sample;
@@ -51,6 +56,7 @@ use identity::mattes_of;
 use opening::open_window;
 use std::convert::Infallible;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use wiring::{InitialFilm, Rendered, Task, Viewer, render};
 use worker_pool::WorkerPool;
@@ -87,6 +93,22 @@ pub fn prepare(settings: &RenderSettings, events: Sender<Event>) -> Result<Prepa
     Ok(Prepared { settings, events, pool, build: build_start.elapsed(), samples: None })
 }
 
+/// The compiled scene of a render, for further renders of the same scene and camera. Only CPU threads can share it.
+#[derive(Clone, Default)]
+pub struct CompiledScene(Option<Arc<dyn Integrator>>);
+
+/// The same as [`prepare`] for a scene that an earlier render has compiled.
+pub fn prepare_again<'a>(
+    settings: &'a RenderSettings,
+    compiled: &CompiledScene,
+    events: Sender<Event>,
+) -> Result<Prepared<'a>, SessionError> {
+    let build_start = Instant::now();
+    let shared = compiled.0.as_ref().filter(|_| settings.devices.choice == DeviceChoice::Cpu);
+    let pool = WorkerPool::for_other_camera(settings, shared, &events, &never())?;
+    Ok(Prepared { settings, events, pool, build: build_start.elapsed(), samples: None })
+}
+
 /// Prepares and runs a render. Any failure is an error.
 pub fn run(
     settings: &RenderSettings,
@@ -98,6 +120,16 @@ pub fn run(
 }
 
 impl Prepared<'_> {
+    /// The compiled scene, for [`prepare_again`].
+    pub fn compiled(&self) -> CompiledScene {
+        CompiledScene(self.pool.integrator())
+    }
+
+    /// The description of the devices, as in the header of the film.
+    pub fn device(&self) -> String {
+        self.pool.description()
+    }
+
     /// Also sends every sample of this run, each (pixel, sample) once and in any order. The render waits until they are
     /// received, and ends if their channel is closed. [`Outputs::sends_samples`] must be set.
     pub fn sending(self, samples: Sender<Vec<Sample>>) -> Self {

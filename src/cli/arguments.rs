@@ -78,8 +78,8 @@ impl SceneArguments {
         if let Some(integrator) = self.integrator {
             scene.render.integrator = integrator;
         }
-        if let Some(sampler) = self.sampler.as_ref().and_then(|samplers| samplers.0.first()) {
-            scene.render.sampler = *sampler;
+        if let Some(samplers) = &self.sampler {
+            scene.render.sampler = samplers.first();
         }
         if let Some(max_depth) = self.max_depth {
             scene.render.max_depth = max_depth;
@@ -102,6 +102,13 @@ impl SceneArguments {
 /// One or more samplers. Only commands that parse the option with [`samplers`] accept several.
 #[derive(Clone, Debug)]
 pub(super) struct Samplers(Vec<Sampler>);
+
+impl Samplers {
+    /// The only sampler, or the first of several.
+    pub(super) fn first(&self) -> Sampler {
+        self.0[0]
+    }
+}
 
 /// Parses "sobol".
 fn sampler(text: &str) -> Result<Samplers, String> {

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod bench;
+#[cfg(feature = "fleet")]
+mod broker;
 mod check;
 mod compare;
 mod contents;
@@ -10,7 +12,11 @@ mod develop;
 mod devices;
 mod events;
 mod failure;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod info;
+#[cfg(feature = "fleet")]
+mod jobs;
 mod loading;
 mod merge;
 mod print;
@@ -21,7 +27,13 @@ mod reporter;
 mod split;
 mod stats;
 mod stop;
+#[cfg(feature = "fleet")]
+mod submit;
 mod trace;
+#[cfg(not(feature = "fleet"))]
+mod without_fleet;
+#[cfg(feature = "fleet")]
+mod work;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -58,6 +70,22 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Describe a film, a picture, a sample dump, a scene or a mesh, or list the devices
     Info(info::InfoArguments),
+    /// Render a scene on many machines, over a NATS server
+    #[cfg(feature = "fleet")]
+    Submit(Box<submit::SubmitArguments>),
+    /// Render for others: take work from a NATS server
+    #[cfg(feature = "fleet")]
+    Work(work::WorkArguments),
+    /// List, watch, change and collect the jobs on a NATS server
+    #[cfg(feature = "fleet")]
+    Jobs(jobs::JobsArguments),
+    /// Try rendering on many machines with workers on this one
+    #[cfg(feature = "fleet")]
+    Fleet(fleet::FleetArguments),
+    /// Fail: these commands are in other builds
+    #[cfg(not(feature = "fleet"))]
+    #[command(name = "submit", aliases = ["work", "jobs", "fleet"], hide = true)]
+    WithoutFleet(without_fleet::AnyArguments),
 }
 
 /// Runs the program: 0 done, 1 failed, 2 bad usage.
@@ -75,6 +103,16 @@ pub fn main() -> ExitCode {
         Command::Develop(arguments) => develop::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Submit(arguments) => submit::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Work(arguments) => work::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Jobs(arguments) => jobs::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Fleet(arguments) => fleet::run(&arguments),
+        #[cfg(not(feature = "fleet"))]
+        Command::WithoutFleet(arguments) => without_fleet::run(&arguments),
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };
     // Standard error may be closed: then only the exit code reports the error.

@@ -14,16 +14,16 @@ const HEADING: &str = "Options for Mitsuba scenes";
 pub(super) struct ReadingArguments {
     /// Value of a variable, which the scene refers to as $NAME; may be given several times
     #[arg(short = 'D', long = "define", help_heading = HEADING, value_name = "NAME=VALUE", value_parser = define)]
-    defines: Vec<(String, String)>,
+    pub(super) defines: Vec<(String, String)>,
     /// Camera of a scene with several cameras [default: the first one]
     #[arg(long, value_name = "NAME", help_heading = HEADING)]
-    camera: Option<String>,
+    pub(super) camera: Option<String>,
     /// Fail if a part of the scene has no counterpart, instead of warning
     #[arg(long, help_heading = HEADING)]
-    strict: bool,
+    pub(super) strict: bool,
     /// Allow the scene to refer to files outside its folder
     #[arg(long, help_heading = HEADING)]
-    allow_outside: bool,
+    pub(super) allow_outside: bool,
 }
 
 /// Parses "spp=64".

@@ -159,7 +159,7 @@ enum Overlay {
     Owner,
 }
 
-fn device(text: &str) -> Result<DeviceChoice, String> {
+pub(super) fn device(text: &str) -> Result<DeviceChoice, String> {
     let (kind, name) = match text.split_once(':') {
         Some((kind, name)) if !name.is_empty() => (kind, Some(name.to_owned())),
         Some(_) => ("", None),
@@ -199,7 +199,7 @@ fn address(text: &str) -> Result<String, String> {
     address.ok_or_else(|| "an address is HOST:PORT, like localhost:14158".to_owned())
 }
 
-fn error(text: &str) -> Result<f64, String> {
+pub(super) fn error(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "an error is a number above 0 and below 1, like 0.01".to_owned())
 }
 
@@ -238,8 +238,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     let report = print_events(arguments.quiet, |events| -> Result<Report, Failure> {
         let prepared = session::prepare(&settings, events)?;
         // Until here Ctrl-C ends the program at once: there is nothing to write.
-        let stop = stop::on_interrupt()
-            .map_err(|error| anyhow::anyhow!("the handler of Ctrl-C cannot be installed: {error}"))?;
+        let stop = stop::handler()?;
         Ok(prepared.run(&stop)?)
     })?;
     if let Some(path) = &arguments.stats {

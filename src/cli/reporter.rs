@@ -34,16 +34,22 @@ impl Reporter {
 
     /// Shows the progress. May be called at any rate: the output is limited to a readable one.
     pub(super) fn update(&mut self, progress: &Progress) {
+        self.update_with(progress, "");
+    }
+
+    /// Shows the progress behind other words.
+    pub(super) fn update_with(&mut self, progress: &Progress, before: &str) {
+        let words = if before.is_empty() { progress.to_string() } else { format!("{before}, {progress}") };
         match &mut self.target {
             Target::Bar(bar) => {
                 if bar.message().is_empty() {
                     bar.set_style(style(progress.fraction().is_some()));
                 }
                 // The message is set first, because setting the position may draw.
-                bar.set_message(progress.to_string());
+                bar.set_message(words);
                 bar.set_position((progress.fraction().unwrap_or(0.0) * BAR_STEPS as f64) as u64);
             }
-            Target::Lines(lines) => lines.update(progress),
+            Target::Lines(lines) => lines.update(progress, &words),
         }
     }
 
@@ -90,7 +96,7 @@ const LINE_SECONDS: f64 = 2.0;
 const LONGEST_SILENCE: f64 = 30.0;
 
 impl Lines {
-    fn update(&mut self, progress: &Progress) {
+    fn update(&mut self, progress: &Progress, words: &str) {
         let tenth = (progress.fraction().unwrap_or(0.0) * 10.0) as u32;
         let silence = progress.seconds - self.last_seconds.unwrap_or(0.0);
         let due = silence >= LONGEST_SILENCE
@@ -98,7 +104,7 @@ impl Lines {
         if due {
             let percent =
                 progress.fraction().map_or(String::new(), |part| format!("{:3.0}%  ", part * 100.0));
-            self.write(&format!("{percent}{progress}"));
+            self.write(&format!("{percent}{words}"));
             self.last_seconds = Some(progress.seconds);
             self.last_tenth = tenth;
         }

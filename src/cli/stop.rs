@@ -12,8 +12,13 @@ const SAME_REQUEST: Duration = Duration::from_millis(500);
 
 /// Returns a channel that closes at the first Ctrl-C (or request to terminate). The second one ends the program
 /// at once, without leaving a partial file.
-pub(super) fn on_interrupt() -> Result<Receiver<Infallible>, ctrlc::Error> {
+fn on_interrupt() -> Result<Receiver<Infallible>, ctrlc::Error> {
     on_interrupts_apart(SAME_REQUEST)
+}
+
+/// [`on_interrupt`] with an error for the user.
+pub(super) fn handler() -> anyhow::Result<Receiver<Infallible>> {
+    on_interrupt().map_err(|error| anyhow::anyhow!("the handler of Ctrl-C cannot be installed: {error}"))
 }
 
 /// The same, where requests within the time `apart` after the first are the same one.

@@ -24,7 +24,7 @@ const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
 pub const VERSION: u32 = 4;
 /// Bytes before the text: magic, version, text length, width, height, kinds of words, the shown part, and the light
 /// scale.
-const START_BYTES: u64 = 52;
+pub(crate) const START_BYTES: u64 = 52;
 /// The kinds of words: bits for weighted samples, the extra sums for a variance and a light image, and above these the
 /// bits of the layers.
 const WEIGHTED: u32 = 1;

@@ -15,16 +15,12 @@ fn sine_of(cos: f32) -> f32 {
     return sqrt(float_max(1.0 - cos * cos, 0.0));
 }
 
-// The importance of a node's lights for a point `p` on a surface with normal `n`, up to a common factor.
-fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
-    let from_centre = p - node.centre;
-    let distance2 = dot(from_centre, from_centre);
-    let height = dot(from_centre, n);
-    // Means of cos² and of distance² over lights with the same variance in all directions.
-    let cos2 = (height * height + node.spread * (1.0 / 3.0)) / float_max(distance2 + node.spread, SMALLEST_NORMAL);
-    let falloff = float_max(distance2 + node.spread * NEARNESS, SMALLEST_NORMAL);
-    let importance = node.power * sqrt(cos2) / falloff;
+// The result of `light_cosine` for lights that do not emit towards the point: less than any cosine.
+const DARK = -2.0;
 
+// The cosine of the least angle between a normal of a node's lights and the direction to a point, or `DARK` if the
+// lights do not emit in that direction.
+fn light_cosine(node: LightNode, from_centre: vec3f, distance2: f32) -> f32 {
     // θ_b: half the angle that the bounds subtend at p; π inside them.
     let near2 = node.radius * node.radius;
     let sin2_b = near2 / float_max(distance2, SMALLEST_NORMAL);
@@ -36,7 +32,41 @@ fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
     let cos_w = dot(node.axis, w);
     let x = less(vec2f(cos_w, sine_of(cos_w)), vec2f(node.cos_o, sine_of(node.cos_o)));
     let cos_p = less(x, b).x;
-    return select(0.0, float_min(float_max(importance * cos_p, 0.0), GREATEST), cos_p > node.cos_e);
+    return select(DARK, cos_p, cos_p > node.cos_e);
+}
+
+// The importance of a node's lights for a point `p` on a surface with normal `n`, up to a common factor.
+fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
+    let from_centre = p - node.centre;
+    let distance2 = dot(from_centre, from_centre);
+    let height = dot(from_centre, n);
+    // Means of cos² and of distance² over lights with the same variance in all directions.
+    let cos2 = (height * height + node.spread * (1.0 / 3.0)) / float_max(distance2 + node.spread, SMALLEST_NORMAL);
+    let falloff = float_max(distance2 + node.spread * NEARNESS, SMALLEST_NORMAL);
+    let importance = node.power * sqrt(cos2) / falloff;
+    let cos_p = light_cosine(node, from_centre, distance2);
+    return select(0.0, float_min(float_max(importance * cos_p, 0.0), GREATEST), cos_p > DARK);
+}
+
+// Whether some light of a node may illuminate a point, by the directions of emission.
+fn light_reaches(node: LightNode, p: vec3f) -> bool {
+    let from_centre = p - node.centre;
+    return light_cosine(node, from_centre, dot(from_centre, from_centre)) > DARK;
+}
+
+// Whether some light of the tree may, by its first lights or groups of lights.
+fn lights_reach(p: vec3f) -> bool {
+    let root = light_node_at(0u);
+    if root.link >= LEAF {
+        return light_reaches(root, p);
+    }
+    let first = root.link & ((1u << COUNT_FROM) - 1u);
+    for (var i = 0u; i <= (root.link >> COUNT_FROM); i++) {
+        if light_reaches(light_node_at(first + i), p) {
+            return true;
+        }
+    }
+    return false;
 }
 
 // A step down the tree.

@@ -173,10 +173,11 @@ pub(super) fn escape<F: Float>(
         state.l,
         #[inline(always)]
         || {
-            let radiance = context.scene.lights.escaped(
+            let lights = &context.scene.lights;
+            let radiance = lights.escaped(
                 state.ray.d,
                 #[inline(always)]
-                |pdf| weight(&state.previous, pdf),
+                |pdf| weight(&state.previous, pdf * lights.pmf_of_infinite(state.previous.p)),
             );
             observer.event::<F>(|| Event::Escape { radiance: rgb(radiance) });
             state.l + state.beta * radiance

@@ -24,14 +24,24 @@ pub struct CornerUv {
 }
 
 impl CornerUv {
-    /// Adds a triangle and returns its index.
-    pub(super) fn push(&mut self, triangle: &UvTriangle) -> u32 {
-        let index = self.u[0].len() as u32;
+    /// Adds a triangle.
+    pub(super) fn push(&mut self, triangle: &UvTriangle) {
         push3(&mut self.u, triangle.uv.map(|[u, _]| u));
         push3(&mut self.v, triangle.uv.map(|[_, v]| v));
         push3(&mut self.second_u, triangle.second_uv.map(|[u, _]| u));
         push3(&mut self.second_v, triangle.second_uv.map(|[_, v]| v));
-        index
+    }
+
+    /// Adds the triangles of another one and returns the index of the first.
+    pub(super) fn append(&mut self, other: &CornerUv) -> u32 {
+        let first = self.u[0].len() as u32;
+        let CornerUv { u, v, second_u, second_v } = self;
+        for (own, others) in
+            [(u, &other.u), (v, &other.v), (second_u, &other.second_u), (second_v, &other.second_v)]
+        {
+            own.iter_mut().zip(others).for_each(|(own, others)| own.extend(others));
+        }
+        first
     }
 
     /// Visits the columns.

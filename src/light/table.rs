@@ -55,14 +55,11 @@ pub struct LightGroups {
     pub infinite: u32,
     /// The number of groups.
     pub count: u32,
-    /// The pmf of each group.
-    pub share: f32,
 }
 
 impl LightGroups {
     fn new(infinite: u32, lights: u32) -> LightGroups {
-        let count = infinite + u32::from(infinite < lights);
-        LightGroups { infinite, count, share: 1.0 / count as f32 }
+        LightGroups { infinite, count: infinite + u32::from(infinite < lights) }
     }
 }
 
@@ -312,17 +309,27 @@ impl LightTable {
         kinds::ANY_INFINITE && !self.infinite.is_empty()
     }
 
+    /// The number of groups among which the first choice is made for a point: the lights of the tree are not one of
+    /// them, if none can illuminate the point.
+    #[inline(always)]
+    fn groups_at<F: Float>(&self, p: Vec3<F>) -> F::Uint {
+        let LightGroups { infinite, count } = &self.groups;
+        F::Uint::select(self.tree.reaches(p), F::Uint::given(count), F::Uint::given(infinite))
+    }
+
     /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1). Returns its index and the pmf
     /// of the choice. If no light can contribute, it is any of them. Lanes outside `active` are unspecified.
     ///
     /// Each light at infinity has the same probability as all others together, among which the tree chooses (Pharr,
-    /// Jakob and Humphreys 2023, §12.6.3).
+    /// Jakob and Humphreys 2023, §12.6.3). If none of these can illuminate the point, lights at infinity share theirs.
     #[inline(always)]
     pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, active: F::Mask) -> (F::Uint, F) {
         let (mut in_tree, mut rest, mut infinite) = (active, u, F::Uint::splat(0));
         let has_infinite = self.has_infinite();
+        let mut share = F::splat(1.0);
         if has_infinite {
-            let count = F::Uint::given(&self.groups.count);
+            let count = self.groups_at(p);
+            share = share / count.to_float();
             let scaled = u * count.to_float();
             // A product that is rounded up to the number of groups means the last one. Adding all bits subtracts one.
             let last = count + F::Uint::splat(u32::MAX);
@@ -343,7 +350,6 @@ impl LightTable {
         if !has_infinite {
             return (light, pmf);
         }
-        let share = F::given(&self.groups.share);
         (F::Uint::select(in_tree, light, infinite), F::select(in_tree, pmf * share, share))
     }
 
@@ -352,9 +358,10 @@ impl LightTable {
     #[inline(always)]
     pub fn pmf<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, active: F::Mask) -> F {
         let has_infinite = self.has_infinite();
-        let mut in_tree = active;
+        let (mut in_tree, mut is_infinite) = (active, F::Mask::splat(false));
         if has_infinite {
-            in_tree = active & !kinds::are_infinite::<F>(&self.columns, light);
+            is_infinite = kinds::are_infinite::<F>(&self.columns, light);
+            in_tree = active & !is_infinite & self.tree.reaches(p);
         }
         let pmf = F::guard(
             in_tree,
@@ -365,8 +372,14 @@ impl LightTable {
         if !has_infinite {
             return pmf;
         }
-        let share = F::given(&self.groups.share);
-        F::select(in_tree, pmf * share, share)
+        let share = self.pmf_of_infinite(p);
+        F::select(is_infinite, share, (pmf * share).only(in_tree))
+    }
+
+    /// The probability with which [`LightTable::choose`] chooses each light at infinity for a point.
+    #[inline(always)]
+    pub fn pmf_of_infinite<F: Float>(&self, p: Vec3<F>) -> F {
+        F::splat(1.0) / self.groups_at(p).to_float()
     }
 
     /// A direction from `p` to a light, sampled with `u` in [0, 1)².
@@ -403,14 +416,13 @@ impl LightTable {
     }
 
     /// The radiance along a ray that leaves the scene in the direction `d`. The radiance of each light at infinity is
-    /// multiplied by `weight` of its density, with which [`LightTable::choose`] and [`LightTable::sample`] together
-    /// would have sampled the direction from that light. Lights that are never sampled, and the environment, count in
-    /// full.
+    /// multiplied by `weight` of its density, with which [`LightTable::sample`] would have sampled the direction from
+    /// that light (see [`LightTable::pmf_of_infinite`] for the choice of the light). Lights that are never sampled, and
+    /// the environment, count in full.
     #[inline(always)]
     pub fn escaped<F: Float>(&self, d: Vec3<F>, weight: impl Fn(F) -> F) -> Rgb<F> {
         let mut radiance = Rgb::given(&self.environment.radiance);
         if self.has_infinite() {
-            let share = F::given(&self.groups.share);
             for &light in &self.infinite {
                 let kind = self.columns.kinds()[light as usize];
                 if !kinds::are_visible(kind) {
@@ -419,7 +431,7 @@ impl LightTable {
                 let lights = LaneLights::new(&self.columns, F::Uint::splat(light));
                 let escaped = kinds::escaped(kind, &lights, lights.emission(), d);
                 let drawn = escaped.pdf.gt(F::zero());
-                let weight = F::select(drawn, weight(escaped.pdf * share), F::splat(1.0));
+                let weight = F::select(drawn, weight(escaped.pdf), F::splat(1.0));
                 radiance = radiance + escaped.radiance * weight;
             }
         }

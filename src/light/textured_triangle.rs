@@ -44,9 +44,12 @@ pub(super) fn textured_mesh(
     corners: &mut CornerUv,
 ) -> Vec<TexturedTriangle> {
     let per_triangle = (POINTS / triangles.len().max(1)).isqrt().clamp(LEAST_POINTS, MOST_POINTS);
-    // The uv of one triangle at a time.
-    let means: Vec<[f32; 3]> =
-        triangles.iter().map(|triangle| mean(triangle, texture, textures, per_triangle)).collect();
+    let mut uv = CornerUv::default();
+    triangles.iter().for_each(|triangle| uv.push(triangle));
+    let means: Vec<[f32; 3]> = (0..)
+        .zip(triangles)
+        .map(|(index, triangle)| mean(triangle, (&uv, index), texture, textures, per_triangle))
+        .collect();
     let area = |triangle: &UvTriangle| {
         let [a, b, c] = triangle.corners.map(Vec3::<f32>::splat);
         f64::from((b - a).cross(c - a).length())
@@ -61,24 +64,29 @@ pub(super) fn textured_mesh(
     if brightness.is_nan() || brightness <= 0.0 {
         return Vec::new();
     }
-    let light = |(triangle, mean): (&UvTriangle, [f32; 3])| {
+    let first = corners.append(&uv);
+    let light = |((index, triangle), mean): ((u32, &UvTriangle), [f32; 3])| {
         let emission = [0, 1, 2].map(|i| mean[i].max(of_mesh[i] * LEAST_SHARE));
         let light = AreaLight { shape: Triangle(triangle.corners), flipped, emission };
-        TexturedTriangle { light, texture, index: corners.push(triangle) }
+        TexturedTriangle { light, texture, index }
     };
-    triangles.iter().zip(means).map(light).collect()
+    (first..).zip(triangles).zip(means).map(light).collect()
 }
 
-/// The mean radiance of a triangle, from the centres of `n`² equal parts.
-fn mean(triangle: &UvTriangle, texture: u32, textures: &TextureTable, n: usize) -> [f32; 3] {
-    let mut own = CornerUv::default();
-    own.push(triangle);
+/// The mean radiance of a triangle, whose uv are those of an index, from the centres of `n`² equal parts.
+fn mean(
+    triangle: &UvTriangle,
+    (uv, index): (&CornerUv, u32),
+    texture: u32,
+    textures: &TextureTable,
+    n: usize,
+) -> [f32; 3] {
     let [a, b, c] = triangle.corners.map(Vec3::<f32>::splat);
     let mut sum = [0.0; 3];
     let mut add = |x: f64, y: f64| {
         let weights = [x / n as f64, y / n as f64].map(|weight| weight as f32);
         let p = a + (b - a) * weights[0] + (c - a) * weights[1];
-        let site = own.site::<f32>(Wrapping(0), p, weights, textures.has_second_uv());
+        let site = uv.site::<f32>(Wrapping(index), p, weights, textures.has_second_uv());
         let radiance = textured_radiance(textures, Wrapping(texture), site).channels();
         sum.iter_mut().zip(radiance).for_each(|(sum, x)| *sum += f64::from(x));
     };

@@ -11,7 +11,7 @@ use self::build::Groups;
 use self::choice::Choice;
 pub use self::choice::LEAST_SHARE;
 pub use self::importance::{FACING, GREATEST, NARROW, NEARNESS};
-use self::importance::{Importance, Kinds};
+use self::importance::{Importance, Kinds, reaches};
 pub use self::node::{COUNT_FROM, LEAF, LightNode};
 use self::node::{Each, Node, WIDTH};
 use self::shares::Shares;
@@ -97,6 +97,16 @@ impl LightTree {
     #[inline(always)]
     pub(super) fn pmf<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, active: F::Mask) -> F {
         F::device(&Pmf(self), (p, n, light, active))
+    }
+
+    /// Whether some of its lights may illuminate a point, by their directions of emission. It may be true where none
+    /// does; where it is false, the importance of all of them is zero.
+    #[inline(always)]
+    pub fn reaches<F: Float>(&self, p: Vec3<F>) -> F::Mask {
+        if !self.kinds.is_directed {
+            return F::Mask::splat(true);
+        }
+        F::device(&Reaches(self), p)
     }
 
     #[inline(always)]
@@ -228,6 +238,28 @@ impl Device for Pmf<'_> {
     #[inline(always)]
     fn run<F: LaneFloat>(&self, (p, n, light, active): Self::Arguments<F>) -> F {
         self.0.pmf_in_lanes(p, n, light, active)
+    }
+}
+
+/// [`LightTree::reaches`], by the first lights or groups of lights.
+struct Reaches<'a>(&'a LightTree);
+
+impl Device for Reaches<'_> {
+    const NAME: &'static str = "lights_reach";
+    type Arguments<F: Float> = Vec3<F>;
+    type Output<F: Float> = F::Mask;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, p: Vec3<F>) -> F::Mask {
+        let root = self.0.nodes.first().unwrap_or(&self.0.top);
+        let mut lit = F::Mask::splat(false);
+        for i in 0..root.count {
+            lit = lit | reaches(root, i, p);
+            if !(!lit).any() {
+                break;
+            }
+        }
+        lit
     }
 }
 

@@ -78,6 +78,32 @@ impl MaterialTable {
         [(heights[1] - heights[0]) / (of_u.1 - of_u.0), (heights[3] - heights[2]) / (of_v.1 - of_v.0)]
     }
 
+    /// The normals of bump maps: a texture and a scale of heights, in the lanes of the rows `map`. Their coordinates are
+    /// `uv`, with a scale against those of `basis`. `site` is that of other coordinates, and of a movement on the surface.
+    #[inline(always)]
+    fn with_bumps<F: Float>(
+        &self,
+        (map, texture, scale): (F::Uint, F::Uint, F),
+        normal: Vec3<F>,
+        ([u, v], [a, b], basis): ([F; 2], [F; 2], &UvBasis<F>),
+        site: impl Fn([F; 2], Vec3<F>) -> Site<F>,
+    ) -> Vec3<F> {
+        let steps = self.modifiers.bump_steps::<F>(map);
+        let (along_u, along_v) = (basis.along_u * (F::splat(1.0) / a), basis.along_v * (F::splat(1.0) / b));
+        let ends = [around(u, (steps.x, steps.z), along_u), around(v, (steps.y, steps.z), along_v)];
+        let [slope_u, slope_v] = self.slopes(
+            texture,
+            ends,
+            #[inline(always)]
+            |is_v, to| {
+                let by = Vec3::select(is_v, along_v, along_u) * (to - F::select(is_v, v, u));
+                site(select2(is_v, [u, to], [to, v]), by)
+            },
+        );
+        let slope = basis.gradient_u * (slope_u * a) + basis.gradient_v * (slope_v * b);
+        bumped(normal, slope * scale)
+    }
+
     /// The normals that the maps of a walk give for `normal`, of length one, on either side of the surface. `site` is
     /// in the coordinates of the surface.
     #[inline(always)]
@@ -98,24 +124,14 @@ impl MaterialTable {
                 n,
                 #[inline(always)]
                 || {
-                    let steps = self.modifiers.bump_steps::<F>(walked.map);
-                    let (along_u, along_v) =
-                        (basis.along_u * (F::splat(1.0) / a), basis.along_v * (F::splat(1.0) / b));
-                    let [u, v] = here.uv;
-                    let ends =
-                        [around(u, (steps.x, steps.z), along_u), around(v, (steps.y, steps.z), along_v)];
-                    // The point moves as well, because noise depends on it.
-                    let [slope_u, slope_v] = self.slopes(
-                        texture,
-                        ends,
+                    self.with_bumps(
+                        (walked.map, texture, scale),
+                        normal,
+                        (here.uv, [a, b], basis),
+                        // The point moves as well, because noise depends on it.
                         #[inline(always)]
-                        |is_v, to| {
-                            let by = Vec3::select(is_v, along_v, along_u) * (to - F::select(is_v, v, u));
-                            Site { uv: select2(is_v, [u, to], [to, v]), p: here.p + by, ..here }
-                        },
-                    );
-                    let slope = basis.gradient_u * (slope_u * a) + basis.gradient_v * (slope_v * b);
-                    bumped(normal, slope * scale)
+                        |uv, by| Site { uv, p: here.p + by, ..here },
+                    )
                 },
             );
         }
@@ -144,7 +160,6 @@ impl MaterialTable {
         [first, second]: [&UvBasis<F>; 2],
     ) -> Vec3<F> {
         let mut n = normal;
-        let one = F::splat(1.0);
         let [a, b] = walked.map_scale;
         let here = Site { uv: walked.map_uv, footprint: site.footprint * (a * b), ..site };
         if self.modifiers.has_bumps {
@@ -157,30 +172,21 @@ impl MaterialTable {
                     let is_second = self.modifiers.bumps_second::<F>(walked.map);
                     let basis = UvBasis::blend(is_second, *second, *first);
                     let uv = select2(is_second, here.second.uv, here.uv);
-                    let [a, b] = select2(is_second, [one; 2], [a, b]);
-                    let steps = self.modifiers.bump_steps::<F>(walked.map);
-                    let [u, v] = uv;
-                    let (along_u, along_v) = (basis.along_u * (one / a), basis.along_v * (one / b));
-                    let ends =
-                        [around(u, (steps.x, steps.z), along_u), around(v, (steps.y, steps.z), along_v)];
-                    let [slope_u, slope_v] = self.slopes(
-                        texture,
-                        ends,
+                    let by_uv = select2(is_second, [F::splat(1.0); 2], [a, b]);
+                    self.with_bumps(
+                        (walked.map, texture, scale),
+                        normal,
+                        (uv, by_uv, &basis),
                         #[inline(always)]
-                        |is_v, to| {
-                            let by = Vec3::select(is_v, along_v, along_u) * (to - F::select(is_v, v, u));
-                            let exact = select2(is_v, [u, to], [to, v]);
+                        |exact, by| {
                             let ([u, v], [u1, v1]) = (first.change(by), second.change(by));
-                            let [own_u, own_v] = walked.map_scale;
-                            let own = [here.uv[0] + u * own_u, here.uv[1] + v * own_v];
+                            let own = [here.uv[0] + u * a, here.uv[1] + v * b];
                             let other = [here.second.uv[0] + u1, here.second.uv[1] + v1];
                             let uv = select2(is_second, own, exact);
                             let second = SecondUv { uv: select2(is_second, exact, other), ..here.second };
                             Site { uv, second, p: here.p + by, ..here }
                         },
-                    );
-                    let slope = basis.gradient_u * (slope_u * a) + basis.gradient_v * (slope_v * b);
-                    bumped(normal, slope * scale)
+                    )
                 },
             );
         }

@@ -62,11 +62,8 @@ impl Draft {
     /// Begins a file for `path`, and removes abandoned temporary files for the same path.
     pub(super) fn begin(path: &Path) -> Result<Draft, OutputError> {
         let place = Destination::find(path)?;
-        let name = place.path.file_name().unwrap_or_default().to_string_lossy();
-        // As much of the name as leaves room for the rest: names have at most 255 bytes.
-        let name: String = name.chars().take(48).collect();
-        let prefix = format!(".stride-{name}-");
-        sweep(&place.folder, &prefix);
+        let prefix = place.draft_prefix();
+        sweep(&place.folder, &prefix, |file| file.try_lock().is_ok());
         loop {
             let file = temporary_called(&prefix, path, &place)?;
             // Another run may lock it briefly between its creation and this lock, and then remove it.
@@ -90,15 +87,24 @@ impl Draft {
     }
 }
 
-/// Removes abandoned temporary files: those that no process has locked. Files that cannot be removed are ignored.
-fn sweep(folder: &Path, prefix: &str) {
+/// Removes the temporary files for a path, also those that a running program writes: it fails at their end. For files whose
+/// owner has changed.
+pub fn discard_drafts(path: &Path) -> Result<(), OutputError> {
+    let place = Destination::find(path)?;
+    sweep(&place.folder, &place.draft_prefix(), |_| true);
+    Ok(())
+}
+
+/// Removes temporary files that are chosen, such as those that no process has locked. Files that cannot be removed are
+/// ignored.
+fn sweep(folder: &Path, prefix: &str, is_chosen: impl Fn(&File) -> bool) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with(prefix)
             && name.ends_with(SUFFIX)
             && let Ok(file) = File::open(entry.path())
-            && file.try_lock().is_ok()
+            && is_chosen(&file)
         {
             // The lock is held until the file is removed: see `Draft::begin`.
             let _ = fs::remove_file(entry.path());
@@ -161,6 +167,14 @@ impl Destination {
         };
         Ok(Self { path: target, folder, permissions })
     }
+
+    /// The start of the names of drafts.
+    fn draft_prefix(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        // As much of the name as leaves room for the rest: names have at most 255 bytes.
+        let name: String = name.chars().take(48).collect();
+        format!(".stride-{name}-")
+    }
 }
 
 /// The ending of temporary names.
@@ -205,6 +219,25 @@ mod tests {
 
     fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
         write_atomically(path, |out| out.write_all(bytes))
+    }
+
+    #[test]
+    fn discarded_drafts_do_not_replace_the_file_of_a_new_owner() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        let begin = |text: &[u8]| {
+            let draft = Draft::begin(&path).unwrap();
+            draft.file().unwrap().write_all(text).unwrap();
+            draft
+        };
+        let earlier = begin(b"old");
+        discard_drafts(&path).unwrap();
+        begin(b"new").commit().unwrap();
+        assert!(earlier.commit().is_err());
+        assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"new".to_vec(), vec!["a.bin".into()]));
+        // Negative control.
+        begin(b"late").commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"late");
     }
 
     #[test]

@@ -64,13 +64,27 @@ pub fn write_film(
     sample_ranges: &SampleRanges,
     milestone: Option<&Milestone>,
 ) -> Result<(), OutputError> {
+    write_film_if(path, head, film, sample_ranges, milestone, || Ok::<_, OutputError>(()))
+}
+
+/// The same, unless `may` fails. It is called when the file exists under its temporary name. A program that takes the
+/// file over first makes `may` fail, then calls [`discard_drafts`](atomic::discard_drafts): nothing replaces its file.
+pub(crate) fn write_film_if<E: From<OutputError>>(
+    path: &Path,
+    head: &Head,
+    film: &Film,
+    sample_ranges: &SampleRanges,
+    milestone: Option<&Milestone>,
+    may: impl FnOnce() -> Result<(), E>,
+) -> Result<(), E> {
     let draft = Draft::begin(path)?;
+    may()?;
     let write = |out: File| {
         let out = BufWriter::with_capacity(1 << 20, out);
         file::write(out, head, film, sample_ranges, milestone)?.flush()
     };
     draft.file().and_then(write).map_err(|error| OutputError::from_io(path, error))?;
-    draft.commit()
+    Ok(draft.commit()?)
 }
 
 /// The sink for a film file, which is rewritten at intervals.

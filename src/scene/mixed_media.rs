@@ -58,7 +58,7 @@ pub(super) fn mixed_media(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<
     let mut warnings = Vec::new();
     for kind in [Kind::Several, Kind::Holed] {
         let is_meant = |material: usize| match kind {
-            Kind::Several => crossed[material].media.len() > 1,
+            Kind::Several => crossed[material].media.len() > 1 && crossed[material].matters,
             Kind::Holed => crossed[material].is_holed,
         };
         let mut found = (0..scene.entities.len()).filter(|&i| is_meant(scene.entities[i].material));
@@ -146,6 +146,15 @@ mod tests {
         for other in [same, matte] {
             let mix = format!("{other}\nm = {{ type = \"mix\", a = \"green\", b = \"other\" }}");
             assert_eq!(of(&mix), [""; 0], "{other}");
+        }
+        // Media that do not matter, beside one that does, and with a priority, by which all of them do.
+        for (priority, expected) in [("", vec![]), (", priority = 1", vec![several])] {
+            let clear = format!(
+                r#"one = {{ type = "glass", ior = 1.3 }}
+                two = {{ type = "dielectric", ior = 1.5{priority} }}
+                m = {{ type = "mix", a = "one", b = "two" }}"#
+            );
+            assert_eq!(of(&clear), expected, "{priority}");
         }
     }
 

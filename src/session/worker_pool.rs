@@ -23,8 +23,8 @@ use threads::{PortSettings, ThreadStarter, WorkerChannels};
 
 pub(crate) use threads::{RunningPool, Threads};
 
-/// The device name of a pool of CPU threads alone.
-const CPU: &str = "cpu";
+/// The device name of CPU threads alone.
+pub const CPU: &str = "cpu";
 
 /// The workers of a render. The GPU worker, if there is one, has the last number.
 pub(super) struct WorkerPool {

@@ -1,5 +1,6 @@
 //! Decoding of picture files at their own depth.
 
+use super::access;
 use super::decode_exr::decode_exr;
 use super::fault::{EXTENSIONS, LONGEST_SIDE, MOST_BYTES, PictureError, check_header, check_size};
 use super::picture::{Depth, Picture};
@@ -24,6 +25,7 @@ pub fn read(path: &Path, room: u64) -> Result<Picture, PictureError> {
         ErrorKind::NotFound => PictureError::Missing,
         _ => PictureError::Io(error),
     };
+    access::opening(path).map_err(failed)?;
     if fs::metadata(path).map_err(failed)?.is_dir() {
         return Err(PictureError::IsFolder);
     }

@@ -132,6 +132,9 @@ impl TextureParameters for ImageTexture {
         let (width, height) = (most(Picture::width), most(Picture::height));
         let [u, v] = self.turned();
         let uv = [0, 1].map(|i| SLOPE_STEP / libm::hypot(u[i] * width, v[i] * height));
+        if self.uses_second_uv() {
+            return SlopeStep { second_uv: uv, ..SlopeStep::NONE };
+        }
         SlopeStep { uv, ..SlopeStep::NONE }
     }
 

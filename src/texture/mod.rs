@@ -17,11 +17,13 @@
 //! | `fault` | errors of picture files, and their limits |
 //! | `decode`, `decode_exr` | decoding of picture files |
 //! | `files` | image files and their tiles |
+//! | [`access`] | which files the readers of a scene open, and which they may open |
 //!
 //! A texture is compiled into a short program of linked instructions, which evaluates it with a stack of a few colours.
 //! A new kind of texture needs a new file, a `mod` line here, a line in `list.rs`, and an instruction in
 //! `instruction.rs` and `evaluate.rs`.
 
+pub mod access;
 mod checkerboard;
 mod columns;
 mod compile;

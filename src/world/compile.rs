@@ -144,7 +144,9 @@ struct Textures {
 
 /// See [`RowModifiers::bump_steps`]. Of heights that are constant along an axis, any step measures the slope.
 fn bump_steps(step: SlopeStep) -> [f32; 3] {
-    let [u, v] = step.uv.map(|x| if x.is_finite() { x } else { 1.0 });
+    // The slope is measured along one of the sets, over the shorter step.
+    let uv = [0, 1].map(|i| step.uv[i].min(step.second_uv[i]));
+    let [u, v] = uv.map(|x| if x.is_finite() { x } else { 1.0 });
     // Devices may not know infinity.
     narrow([u, v, step.length.min(1e9)])
 }

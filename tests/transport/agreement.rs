@@ -179,6 +179,15 @@ fn with_rough_surfaces_and_a_sun() {
     agree(rough_surfaces(), [4096, 512]);
 }
 
+/// Under a wide sun, with most surfaces outside the cone of the only spot.
+#[test]
+fn beside_the_cone_of_a_spot() {
+    let mut scene = rough_surfaces();
+    scene.entities.truncate(4);
+    scene.lights.truncate(2);
+    agree(scene, [2048, 256]);
+}
+
 /// A sheet, a box and a sphere that emit textures.
 fn textured_lights() -> Scene {
     let mut scene = gallery(64, 48);

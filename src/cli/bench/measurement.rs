@@ -69,8 +69,7 @@ impl<'a> Bench<'a> {
         for path in [&arguments.csv, &arguments.plot].into_iter().flatten() {
             check_place(path)?;
         }
-        let stop = stop::on_interrupt()
-            .map_err(|error| anyhow::anyhow!("the handler of Ctrl-C cannot be installed: {error}"))?;
+        let stop = stop::handler()?;
         Ok(Bench { arguments, scene, level, stop })
     }
 

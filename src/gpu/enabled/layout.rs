@@ -145,7 +145,6 @@ shared! {
         delta_lights: u32,
         infinite_lights: u32,
         light_groups: u32,
-        light_group_share: f32,
         film_width: u32,
         region_x: u32,
         region_y: u32,

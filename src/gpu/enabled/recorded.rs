@@ -128,10 +128,9 @@ fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &m
     reader.word("delta_lights", lights.delta_count());
     reader.word("inside_x", inside_x);
     reader.word("inside_y", inside_y);
-    let LightGroups { infinite, count, share } = lights.groups();
+    let LightGroups { infinite, count } = lights.groups();
     reader.word("infinite_lights", infinite);
     reader.word("light_groups", count);
-    reader.float("light_group_share", share);
 }
 
 /// The numbers of a scene that its program looks up, in the device's layout; all others are zero.

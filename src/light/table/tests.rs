@@ -4,10 +4,11 @@ mod declared;
 
 use super::*;
 use crate::light::test_sky::Sky;
-use crate::light::{Distant, DistantDisk, PointLight};
+use crate::light::{Distant, DistantDisk, Falloff, PointLight, SpotLight};
 use crate::math::Ray;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::Stream;
+use crate::sampling::warp;
 use crate::shape::{Cylinder, Disk, Quad, Shape, ShearedRays, Sphere};
 use declared::{FALLOFFS, spot};
 use glam::DVec3;
@@ -373,6 +374,68 @@ fn lights_at_infinity_are_chosen_beside_the_tree() {
     }
 }
 
+/// Where no light of the tree can contribute, lights at infinity have its share; everywhere the pmf is that of the
+/// choice, and no light that contributes is left out.
+#[test]
+fn lights_that_cannot_reach_a_point_leave_their_share_to_those_at_infinity() {
+    let facing = |x: f64| AreaLight {
+        shape: Quad::new(DVec3::new(x, 0.0, 2.0), DVec3::Y, DVec3::X),
+        flipped: false,
+        emission: [1.0; 3],
+    };
+    let stream = &mut Stream::new(56, 0, 0);
+    for (spots, quads, infinite) in [(1, 0, 1), (1, 0, 2), (3, 0, 1), (0, 1, 2), (2, 2, 1), (20, 0, 2)] {
+        let mut table = LightTable::default();
+        for i in 0..spots {
+            let position = [i as f32, 0.5, 0.0];
+            table.push(SpotLight { position, ..spot(20.0, 5.0, Falloff::Smoothstep) });
+        }
+        table.push(Sky { radiance: [1.0; 3] });
+        for i in 0..quads {
+            table.push(facing(f64::from(i)));
+        }
+        if infinite == 2 {
+            table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+        }
+        table.build_tree();
+        let all = table.len() as u32;
+        let (mut lit, mut dark, mut planted) = (0, 0, 0.0_f64);
+        for _ in 0..400 {
+            let [d, n] = [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
+            let p = Vec3::splat([0.5, 0.5, 1.0]) + d * stream.random_range(0.2..6.0_f32);
+            let pmf = |light: u32| table.pmf(p, n, Wrapping(light), true);
+            let (mut seen, draws) = (vec![0_u32; all as usize], 512);
+            for i in 0..draws {
+                let (light, own) = table.choose(p, n, (i as f32 + 0.5) / draws as f32, true);
+                assert!((own - pmf(light.0)).abs() <= 1e-5 * own, "{own} is not {}", pmf(light.0));
+                seen[light.0 as usize] += 1;
+            }
+            let mut is_lit = false;
+            for (light, &times) in (0..all).zip(&seen) {
+                let own = pmf(light);
+                let gives = table.sample(Wrapping(light), p, [0.3, 0.6]).weight().r > 0.0;
+                assert!(own > 0.0 || !gives, "light {light} is never chosen from {p:?}");
+                let expected = f64::from(own) * f64::from(draws);
+                assert!((f64::from(times) - expected).abs() < 2.5, "light {light}: {times} of {expected}");
+                is_lit = is_lit || own > 0.0 && !table.infinite_lights().contains(&light);
+            }
+            let groups = infinite + u32::from(is_lit);
+            let share = table.pmf_of_infinite(p);
+            assert!((share * groups as f32 - 1.0).abs() < 1e-6, "{share} of {groups} groups");
+            for &light in table.infinite_lights() {
+                assert_eq!(pmf(light), share);
+                // The share that does not depend on the point.
+                let constant = f64::from(draws) / f64::from(infinite + 1);
+                planted = planted.max((f64::from(seen[light as usize]) - constant).abs());
+            }
+            lit += u32::from(is_lit);
+            dark += u32::from(!is_lit);
+        }
+        assert!(lit > 3 && dark > 20, "{spots} spots, {quads} quads: {lit} lit, {dark} dark");
+        assert!(planted > 50.0, "a share that is always the same would pass");
+    }
+}
+
 #[test]
 fn lights_at_infinity_are_infinitely_far_away() {
     let mut table = LightTable::default();
@@ -411,9 +474,10 @@ fn escaped_radiance_is_weighted_by_the_density_of_its_light() {
         0.25
     });
     assert_eq!(seen.lane(0), [3.0, 4.0, 5.0]);
-    assert_eq!(given.get(), 0.5 / (4.0 * std::f32::consts::PI));
-    // The reported densities are those of choosing and sampling.
+    assert_eq!(given.get(), 1.0 / (4.0 * std::f32::consts::PI));
+    // The reported densities are those of sampling and, together with the pmf, of choosing.
     let (light, pmf) = table.choose(Vec3::zero(), d, 0.75, true);
     let sample = table.sample(light, Vec3::zero(), [0.1, 0.2]);
-    assert_eq!((light.0, pmf * sample.pdf), (1, given.get()));
+    assert_eq!((light.0, sample.pdf), (1, given.get()));
+    assert_eq!((pmf, table.pmf_of_infinite(Vec3::zero())), (0.5, 0.5));
 }

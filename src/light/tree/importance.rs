@@ -54,47 +54,76 @@ impl<F: LaneFloat> Importance<F> {
             return Importance { value: value.min(F::splat(GREATEST)), is_far: F::Mask::splat(false) };
         }
 
-        // θ_b: half the angle that the bounds cover as seen from p; π inside them.
-        let radius = at.number(&node.radius);
-        let near2 = radius * radius;
-        let inside = distance2.le(near2);
-        let sin2_b = near2 / distance2.max(least);
-        let cos_b = F::select(inside, F::splat(-1.0), (-sin2_b + 1.0).max(F::zero()).sqrt());
-        let sin_b = sin2_b.sqrt().only(!inside);
-
-        // θ' = max(0, θ_w − θ_o − θ_b): the smallest angle between the direction to p and a normal (Pharr, Jakob and
-        // Humphreys 2023, §12.6.3).
-        let w = from_centre * (F::splat(1.0) / distance2.max(least).sqrt());
-        let cos_w = at.vector(&node.axis).dot(w);
-        let sin_w = (-cos_w * cos_w + 1.0).max(F::zero()).sqrt();
-        let (cos_o, sin_o) = (at.number(&node.cos_o), at.number(&node.sin_o));
-        let (cos_x, sin_x) = less(cos_w, sin_w, cos_o, sin_o);
-        let (cos_p, _) = less(cos_x, sin_x, cos_b, sin_b);
-        let lit = cos_p.gt(at.number(&node.cos_e));
+        let Angles { b, o, w, cos_p, lit } = Angles::of(node, at, from_centre, distance2);
         let value = (value * cos_p).only(lit).max(F::zero()).min(F::splat(GREATEST));
         if !kinds.has_meshes {
             return Importance { value, is_far: F::Mask::splat(false) };
         }
         // θ_w + θ_o + θ_b: the largest angle. It is below 3π/2 if θ_o and θ_w are below π/2.
-        let (cos_s, sin_s) = more(cos_o, sin_o, cos_b, sin_b);
-        let (cos_s, _) = more(cos_s, sin_s, cos_w, sin_w);
-        let acute = cos_o.gt(F::zero()) & cos_w.gt(F::zero());
-        let faces = (acute & cos_s.gt(F::splat(FACING))) | cos_o.gt(F::splat(NARROW));
+        let (cos_s, _) = more(more(o, b), w);
+        let acute = o.0.gt(F::zero()) & w.0.gt(F::zero());
+        let faces = (acute & cos_s.gt(F::splat(FACING))) | o.0.gt(F::splat(NARROW));
         Importance { value, is_far: faces & distance2.gt(at.number(&node.far2)) }
     }
 }
 
-/// Cosine and sine of max(0, a − b), from those of a and b in [0, π].
+/// Whether some light of a node's children may illuminate a point, by their cones of normals and of emission. Where it
+/// is false, the importance is zero for every normal.
 #[inline(always)]
-fn less<F: LaneFloat>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
+pub(super) fn reaches<F: LaneFloat>(node: &Node, at: impl ChildIndex<F>, p: Vec3<F>) -> F::Mask {
+    let from_centre = p - at.vector(&node.centre);
+    Angles::of(node, at, from_centre, from_centre.dot(from_centre)).lit
+}
+
+/// Cosine and sine of an angle in [0, π].
+type Angle<F> = (F, F);
+
+/// The angles between a point and the normals of a node's children.
+struct Angles<F: LaneFloat> {
+    /// Half the angle that the bounds cover as seen from the point; π inside them.
+    b: Angle<F>,
+    /// Half the angle of the cone of normals.
+    o: Angle<F>,
+    /// The angle between the cone's axis and the direction from the centre to the point.
+    w: Angle<F>,
+    /// The cosine of the smallest angle between the direction to the point and a normal.
+    cos_p: F,
+    /// Whether that angle is one of emission.
+    lit: F::Mask,
+}
+
+impl<F: LaneFloat> Angles<F> {
+    #[inline(always)]
+    fn of(node: &Node, at: impl ChildIndex<F>, from_centre: Vec3<F>, distance2: F) -> Self {
+        let least = F::splat(f32::MIN_POSITIVE);
+        let radius = at.number(&node.radius);
+        let near2 = radius * radius;
+        let inside = distance2.le(near2);
+        let sin2_b = near2 / distance2.max(least);
+        let cos_b = F::select(inside, F::splat(-1.0), (-sin2_b + 1.0).max(F::zero()).sqrt());
+        let b = (cos_b, sin2_b.sqrt().only(!inside));
+
+        // θ' = max(0, θ_w − θ_o − θ_b) (Pharr, Jakob and Humphreys 2023, §12.6.3).
+        let direction = from_centre * (F::splat(1.0) / distance2.max(least).sqrt());
+        let cos_w = at.vector(&node.axis).dot(direction);
+        let w = (cos_w, (-cos_w * cos_w + 1.0).max(F::zero()).sqrt());
+        let o = (at.number(&node.cos_o), at.number(&node.sin_o));
+        let (cos_p, _) = less(less(w, o), b);
+        Angles { b, o, w, cos_p, lit: cos_p.gt(at.number(&node.cos_e)) }
+    }
+}
+
+/// max(0, a − b).
+#[inline(always)]
+fn less<F: LaneFloat>((cos_a, sin_a): Angle<F>, (cos_b, sin_b): Angle<F>) -> Angle<F> {
     let none = cos_a.gt(cos_b);
     let cos = cos_a * cos_b + sin_a * sin_b;
     let sin = sin_a * cos_b - cos_a * sin_b;
     (F::select(none, F::splat(1.0), cos), sin.only(!none))
 }
 
-/// Cosine and sine of a + b, from those of a and b in [0, π].
+/// Cosine and sine of a + b, which may be above π.
 #[inline(always)]
-fn more<F: LaneFloat>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
+fn more<F: LaneFloat>((cos_a, sin_a): Angle<F>, (cos_b, sin_b): Angle<F>) -> (F, F) {
     (cos_a * cos_b - sin_a * sin_b, sin_a * cos_b + cos_a * sin_b)
 }

@@ -7,7 +7,7 @@
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
-use super::macros::{for_lanes, numbers};
+use super::macros::{for_lanes, gathers, numbers};
 use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint, no_table};
 use std::arch::x86_64::*;
 
@@ -240,28 +240,7 @@ impl Float for Float8 {
     fn splat(value: f32) -> Self {
         Float8(unsafe { _mm256_set1_ps(value) })
     }
-    #[inline(always)]
-    fn gather(table: &[f32], index: Uint8) -> Self {
-        let [found] = Self::gather_all([table], index);
-        found
-    }
-    #[inline(always)]
-    fn gather_all<const T: usize>(tables: [&[f32]; T], index: Uint8) -> [Self; T] {
-        let (mut starts, mut len, mut i) = ([std::ptr::null(); T], usize::MAX, 0);
-        while i < T {
-            (starts[i], len) =
-                (tables[i].as_ptr(), if tables[i].len() < len { tables[i].len() } else { len });
-            i += 1;
-        }
-        // SAFETY: `len` is the least length, so each slice holds at least that many values.
-        let found = unsafe { look_up(starts, len, index.0) };
-        let (mut all, mut i) = ([Self::zero(); T], 0);
-        while i < T {
-            all[i] = Float8(found[i]);
-            i += 1;
-        }
-        all
-    }
+    gathers!(Float8, Uint8);
     #[inline(always)]
     fn sqrt(self) -> Self {
         Float8(unsafe { _mm256_sqrt_ps(self.0) })

@@ -201,3 +201,34 @@ macro_rules! function {
     };
 }
 pub(crate) use function;
+
+/// The look-ups of a level whose module has a `look_up` of registers.
+#[cfg(target_arch = "x86_64")]
+macro_rules! gathers {
+    ($Float:ident, $Uint:ident) => {
+        #[inline(always)]
+        fn gather(table: &[f32], index: $Uint) -> Self {
+            let [found] = Self::gather_all([table], index);
+            found
+        }
+        #[inline(always)]
+        fn gather_all<const T: usize>(tables: [&[f32]; T], index: $Uint) -> [Self; T] {
+            let (mut starts, mut len, mut i) = ([std::ptr::null(); T], usize::MAX, 0);
+            while i < T {
+                (starts[i], len) =
+                    (tables[i].as_ptr(), if tables[i].len() < len { tables[i].len() } else { len });
+                i += 1;
+            }
+            // SAFETY: `len` is the least length, so each slice holds at least that many values.
+            let found = unsafe { look_up(starts, len, index.0) };
+            let (mut all, mut i) = ([Self::zero(); T], 0);
+            while i < T {
+                all[i] = $Float(found[i]);
+                i += 1;
+            }
+            all
+        }
+    };
+}
+#[cfg(target_arch = "x86_64")]
+pub(crate) use gathers;

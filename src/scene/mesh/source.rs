@@ -1,5 +1,6 @@
 //! The bytes of a mesh file, with the current position.
 
+use crate::texture::access;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufRead, Cursor, ErrorKind, Read};
@@ -318,6 +319,9 @@ pub(super) fn open(path: &Path) -> Read_<(File, u64)> {
         ErrorKind::PermissionDenied => fail("permission to read this file is denied".into()),
         _ => fail(format!("cannot be read: {error}")),
     };
+    if let Err(error) = access::opening(path) {
+        return unreadable(&error);
+    }
     match std::fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => fail("this is not a file".into()),
         Err(error) => unreadable(&error),

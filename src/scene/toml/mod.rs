@@ -32,6 +32,7 @@ use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use super::fingerprint::Sources;
 use super::images::ImageCache;
 use super::mesh::cache::{MeshCache, Watch};
+use crate::texture::access;
 use form::{Value, ValueForm};
 use report::Diagnostics;
 
@@ -151,6 +152,9 @@ fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
         ErrorKind::PermissionDenied => fail("permission to read this file is denied".into(), None),
         _ => fail(format!("cannot be read: {error}"), None),
     };
+    if let Err(error) = access::opening(path) {
+        return unreadable(&error);
+    }
     // Read up to the limit, as pipes and devices have no length.
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes));

@@ -353,3 +353,20 @@ fn too_complex_textures_are_refused() {
     let images = [file(greys(1, &[0.5]))];
     assert_eq!(value(&textures, &images, [0.2, 0.3]), [0.5; 3]);
 }
+
+/// Only the first set of uv is scaled within a check.
+#[test]
+fn slope_steps_are_those_of_each_set_of_uv() {
+    let images = [file(greys(16, &[0.0; 256]))];
+    let step = |uv_set: f64| {
+        let picture = ImageTexture { uv_set, ..plain() };
+        let check =
+            CheckerboardTexture { even: Varying::Texture(0), odd: GREY(1.0), checks_per_unit: [4.0, 2.0] };
+        let step = Compiler::new(&[picture.into(), check.into()], &images).slope_step(1);
+        (step.uv, step.second_uv)
+    };
+    // A quarter of a texel, and a thirty-second of a check.
+    let (texel, check) = (1.0 / 64.0, 1.0 / 32.0);
+    assert_eq!(step(0.0), ([texel / 4.0, texel / 2.0], [f64::INFINITY; 2]));
+    assert_eq!(step(1.0), ([check / 4.0, check / 2.0], [texel; 2]));
+}

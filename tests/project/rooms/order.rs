@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 /// The rooms from top to bottom.
-const ROOMS: [&str; 19] = [
+const ROOMS: [&str; 20] = [
     "math",
     "sampling",
     "parameter",
@@ -24,6 +24,7 @@ const ROOMS: [&str; 19] = [
     "output",
     "session",
     "api",
+    "fleet",
     "cli",
     "main",
 ];

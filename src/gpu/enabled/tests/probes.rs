@@ -9,7 +9,7 @@ use super::probe::{library_for, probe, run};
 use super::{Device, Prepared, device, scenes};
 use crate::film::reject::check;
 use crate::film::{MAX_RADIANCE, PixelSums};
-use crate::light::{AreaLight, LightTable, PointLight, Triangle};
+use crate::light::{AreaLight, Falloff, LightTable, PointLight, Ramp, SpotLight, Triangle};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Ray, Vec3};
 use crate::sampling::independent::pcg4d;

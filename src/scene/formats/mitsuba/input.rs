@@ -1,6 +1,7 @@
 //! Text files, and errors of the XML parser.
 
 use super::limits::{MOST_BYTES, MOST_ELEMENTS};
+use crate::texture::access;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -12,7 +13,8 @@ pub(super) fn limited(path: &Path, most: u64, larger: impl FnOnce() -> String) -
         return Err("this is not a file".into());
     }
     let mut text = String::new();
-    let read = File::open(path).and_then(|file| file.take(most + 1).read_to_string(&mut text));
+    let open = || access::opening(path).and_then(|()| File::open(path));
+    let read = open().and_then(|file| file.take(most + 1).read_to_string(&mut text));
     match read {
         Err(error) => Err(format!("cannot be read: {error}")),
         Ok(_) if text.len() as u64 > most => Err(larger()),

@@ -6,6 +6,7 @@
 
 use super::limits::MOST_UNPACKED;
 use crate::scene::description::Mesh;
+use crate::texture::access;
 use miniz_oxide::inflate::stream::{InflateState, inflate};
 use miniz_oxide::{DataFormat, MZError, MZFlush, MZStatus};
 use std::collections::HashMap;
@@ -75,7 +76,8 @@ impl Cache {
         if !path.is_file() {
             return Err("this is not a file".into());
         }
-        let mut file = BufReader::new(File::open(path).map_err(|error| unreadable(&error))?);
+        let opened = access::opening(path).and_then(|()| File::open(path));
+        let mut file = BufReader::new(opened.map_err(|error| unreadable(&error))?);
         let (version, place) = place(&mut file, number)?;
         let key = (Arc::clone(path), place);
         if let Some(known) = self.meshes.get(&key) {

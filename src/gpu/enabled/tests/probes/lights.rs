@@ -55,6 +55,36 @@ fn fan() -> LightTable {
     lights
 }
 
+/// Spots that diverge from one point, with parts of the space between them.
+fn spots() -> LightTable {
+    let mut lights = LightTable::default();
+    for axis in [[1.0, 0.0, 0.0], [0.0, 0.8, 0.6], [0.0, -0.6, -0.8]] {
+        let ramp = Ramp { outer: 0.6, inner: 0.4, falloff: Falloff::Smoothstep };
+        lights.push(SpotLight { position: [0.1, -0.2, 0.3], axis, intensity: [1.0; 3], ramp });
+    }
+    lights.build_tree();
+    lights
+}
+
+#[test]
+fn light_trees_agree_on_the_points_that_no_light_reaches() {
+    let Some(device) = device() else { return };
+    let inputs = places();
+    for (table, least) in [(spots(), 1000), (fan(), 100)] {
+        let tables = tables_of(&table);
+        let lines = "put(0u, u32(lights_reach(float3(0u))));";
+        let (mut unlike, mut dark) = (0, 0);
+        for (input, [out]) in inputs.iter().zip(probe::<9, 1>(&device, lines, &bits(&inputs), &tables)) {
+            let reaches = table.tree().reaches(vec3([input[0], input[1], input[2]]));
+            unlike += usize::from(reaches != (out == 1));
+            dark += usize::from(!reaches);
+        }
+        // Points at the limit may differ.
+        assert!(unlike <= 20, "{unlike} unlike");
+        assert!((least..inputs.len() - least).contains(&dark), "{dark} dark points");
+    }
+}
+
 fn tables_of(lights: &LightTable) -> Tables {
     let (lights, light_nodes) = light_tables(lights);
     Tables { lights, light_nodes, ..nothing() }

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, each from arguments to an exit code.
 
+mod advice;
 mod arguments;
 mod bench;
 #[cfg(feature = "fleet")]
@@ -91,7 +92,10 @@ enum Command {
 /// Runs the program: 0 done, 1 failed, 2 bad usage.
 pub fn main() -> ExitCode {
     // clap itself exits with 2 on a parse error, and with 0 for --help and --version.
-    let arguments = Arguments::parse();
+    let arguments = Arguments::try_parse().unwrap_or_else(|mut error| {
+        advice::add(&mut error);
+        error.exit()
+    });
     let result = match arguments.command {
         Command::Render(arguments) => render::run(*arguments),
         Command::Check(arguments) => check::run(&arguments),

@@ -42,7 +42,10 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     if !extension.eq_ignore_ascii_case("npy") {
         let (path, extension) = (path.to_path_buf(), extension.to_string());
-        return Err(OutputError::UnknownFormat { path, extension, known: ".npy".into() });
+        // Other programs have an option of this name for the number of samples.
+        let number = path.to_str().filter(|name| name.parse::<u32>().is_ok());
+        let known = number.map_or(".npy".into(), |n| format!(".npy, or --spp {n} for {n} samples per pixel"));
+        return Err(OutputError::UnknownFormat { path, extension, known });
     }
     atomic::check_place(path)
 }

@@ -36,6 +36,11 @@ impl ImageCache {
         }
     }
 
+    /// The folder that paths are relative to.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The index of an image file, which is read if it is new.
     pub(super) fn get(&mut self, file: &str) -> Result<usize, Unreadable> {
         let path = self.folder.join(file);

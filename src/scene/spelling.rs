@@ -1,6 +1,8 @@
 //! The nearest spelling of a name, and words of a file made safe to print.
 
 use super::synonyms::WORDS;
+use std::fs;
+use std::path::Path;
 
 /// The maximum length in bytes of words for which suggestions are made.
 const MAX_WORD: usize = 64;
@@ -53,6 +55,22 @@ pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> 
                 .clone()
                 .find(|candidate| candidate.contains('_') && candidate.split('_').any(|p| p == lower))
         })
+}
+
+/// The names of up to 1000 files in the folder of `path` that `is_candidate` accepts: the folder may contain millions,
+/// and a suggestion is not worth reading all of them.
+pub(super) fn files_beside(path: &Path, is_candidate: impl Fn(&str) -> bool) -> Vec<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let names = entries.take(1000).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    names.filter(|name| is_candidate(name)).collect()
+}
+
+/// The file beside `path`, which does not exist, with the most similar name.
+pub(super) fn file_beside(path: &Path, is_candidate: impl Fn(&str) -> bool) -> Option<String> {
+    let name = path.file_name()?.to_str()?;
+    let beside = files_beside(path, is_candidate);
+    nearest(name, beside.iter().map(String::as_str)).map(str::to_owned)
 }
 
 /// The message about an unknown word for `what`.

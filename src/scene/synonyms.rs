@@ -3,6 +3,9 @@
 /// Words that have a counterpart of the same meaning, in lower case.
 pub(super) const WORDS: &[(&str, &str)] = &[
     ("albedo", "reflectance"),
+    ("background", "environment"),
+    ("base_color", "reflectance"),
+    ("bounces", "max_depth"),
     ("color", "reflectance"),
     ("colour", "reflectance"),
     ("cube", "box"),
@@ -14,6 +17,10 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("index_of_refraction", "ior"),
     ("lambert", "matte"),
     ("lambertian", "matte"),
+    ("location", "translate"),
+    ("location", "position"),
+    ("location", "eye"),
+    ("max_bounces", "max_depth"),
     ("metal", "conductor"),
     ("object", "entities"),
     ("objects", "entities"),
@@ -22,16 +29,44 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("position", "center"),
     ("position", "eye"),
     ("rectangle", "quad"),
+    ("rotation", "rotate"),
+    ("sky", "environment"),
     ("specular", "mirror"),
     ("spotlight", "spot"),
     ("spp", "samples"),
     ("sun", "directional"),
     ("target", "look_at"),
+    ("world", "environment"),
 ];
 
-/// Types without a counterpart of the same kind: a term for the family in messages, words as [`plain`] writes them, and
-/// advice.
-const TYPES: &[(&str, &[&str], &str)] = &[
+/// Types and keys without a counterpart of the same kind: a term for the family in messages, words as [`plain`] writes
+/// them, and advice. The family of a key is the item that it describes, or `"key"` for any.
+const OTHERS: &[(&str, &[&str], &str)] = &[
+    (
+        "a conductor",
+        &["albedo", "basecolor", "color", "colour", "reflectance", "tint"],
+        "a metal that reflects the fraction R has eta = [1, 1, 1] and k = 2·√(R / (1 − R)), for each channel",
+    ),
+    (
+        "key",
+        &["denoise", "denoiser", "denoising"],
+        "there is no denoiser; render with --layers albedo,normal, which other denoisers need",
+    ),
+    (
+        "key",
+        &["transparent", "filmtransparent", "transparentbackground"],
+        "pictures have no alpha; see opacity and \"dielectric\" for transparent surfaces",
+    ),
+    (
+        "key",
+        &["clamp", "clampdirect", "clampindirect"],
+        "nothing is clamped, because that would darken the picture",
+    ),
+    (
+        "key",
+        &["fstop", "aperturefstop", "fnumber"],
+        "aperture_radius is the focal length divided by twice the f-number, in the scene's unit of length",
+    ),
     (
         "light type",
         &[
@@ -117,7 +152,7 @@ fn plain(word: &str) -> String {
     word.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// Advice about an unknown `word` for a type of the family that messages call `what`.
+/// Advice about an unknown `word` for a type or a key of the family that messages call `what`.
 pub(super) fn advice(what: &str, word: &str) -> Option<&'static str> {
     const LONGEST: usize = 64;
     if word.len() > LONGEST {
@@ -126,7 +161,8 @@ pub(super) fn advice(what: &str, word: &str) -> Option<&'static str> {
     let word = plain(word);
     let stem = ENDINGS.iter().find_map(|ending| word.strip_suffix(ending));
     let is_meant = |theirs: &&str| *theirs == word || Some(*theirs) == stem;
-    let found = TYPES.iter().find(|(family, words, _)| *family == what && words.iter().any(|w| is_meant(&w)));
+    let found =
+        OTHERS.iter().find(|(family, words, _)| *family == what && words.iter().any(|w| is_meant(&w)));
     found.map(|(_, _, advice)| *advice)
 }
 
@@ -142,6 +178,8 @@ mod tests {
             assert_eq!(advice("light type", word), Some(area), "{word}");
         }
         assert!(advice("material type", "Principled BSDF").unwrap().contains("\"conductor\""));
+        assert!(advice("a conductor", "base_color").unwrap().contains("eta"));
+        assert!(advice("key", "film_transparent").unwrap().contains("alpha"));
         for (what, word) in [
             ("shape type", "area"),
             ("light type", "principled"),
@@ -157,7 +195,7 @@ mod tests {
     #[test]
     fn no_word_is_in_two_rows_of_a_family() {
         let all: Vec<_> =
-            TYPES.iter().flat_map(|(what, words, _)| words.iter().map(move |w| (what, w))).collect();
+            OTHERS.iter().flat_map(|(what, words, _)| words.iter().map(move |w| (what, w))).collect();
         for (i, row) in all.iter().enumerate() {
             assert!(!all[..i].contains(row), "{row:?}");
             assert_eq!(plain(row.1), **row.1);

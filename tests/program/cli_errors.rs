@@ -36,6 +36,17 @@ fn pictures(folder: &Path) -> Vec<String> {
     names.filter(|name| !name.ends_with(".toml") && !name.ends_with("folder.png")).collect()
 }
 
+#[test]
+fn no_option_of_another_meaning_is_suggested() {
+    for (given, wrong) in [("--denoise", "--noise"), ("--pixelsamples", "--samples"), ("--width", "--window")]
+    {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let output = stride(folder.path(), &["render", "scene.toml", given]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!message.contains(&format!("'{wrong}'")), "{message}");
+    }
+}
+
 /// Runs the program in a new folder and checks its exit code and words of its message.
 fn refused(arguments: &[&str], code: i32, words: &[&str]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -67,6 +78,11 @@ refuses! {
     no_scene: ["render"] => 2, ["SCENE", "Usage"];
     unknown_command: ["rendr", "scene.toml"] => 2, ["rendr", "render"];
     unknown_option: ["render", "scene.toml", "--thread", "2"] => 2, ["--thread", "--threads"];
+    a_denoiser: ["render", "scene.toml", "--denoise"] => 2, ["no denoiser", "--layers albedo,normal"];
+    a_width: ["render", "scene.toml", "--width", "64"] => 2, ["--size"];
+    samples_of_another_program: ["render", "scene.toml", "--pixelsamples", "64"] => 2, ["--spp"];
+    a_scene_without_a_command: ["scene.toml"] => 2, ["stride render scene.toml"];
+    a_number_of_samples_for_a_file: ["render", "scene.toml", "--samples", "64"] => 2, [".npy", "--spp 64"];
     zero_threads: ["render", "scene.toml", "--threads", "0"] => 2, ["--threads", "1..=1024"];
     too_many_threads: ["render", "scene.toml", "--threads", "100000"] => 2, ["--threads"];
     negative_threads: ["render", "scene.toml", "--threads=-1"] => 2, ["--threads"];

@@ -56,15 +56,15 @@ pub(super) struct NoiseArguments {
 const AFTER_HELP: &str = "\
 Figures:
   RMS error           Root of the mean squared difference from the reference, over
-                      pixels, channels and seeds, in the scene's unit of radiance
-  Error × √samples    Constant while the error falls as 1/√samples
+                      pixels, channels and seeds, in the scene's unit of radiance.
+  Error × √samples    Constant while the error falls as 1/√samples.
   Without worst 0.5%  RMS error without the pixels of the largest errors, which are
-                      chosen anew for each picture
+                      chosen anew for each picture.
   Slope               Slope of the straight line fitted to log(error) over
-                      log(samples); −0.5 for independent samples
-  R²                  Share of the variation of log(error) that the line explains
+                      log(samples); −0.5 for independent samples.
+  R²                  Share of the variation of log(error) that the line explains.
   ±                   Standard error over the seeds (jackknife); the error of the
-                      reference, which all seeds share, is not included";
+                      reference, which all seeds share, is not included.";
 
 /// Samples of the reference per sample of the largest measured picture.
 const REFERENCE_FACTOR: u32 = 32;

@@ -2,6 +2,7 @@
 
 use super::registry::Format;
 use crate::scene::diagnostic::SceneErrors;
+use crate::scene::mesh;
 use crate::scene::spelling;
 use std::fs;
 use std::io::ErrorKind;
@@ -18,21 +19,29 @@ pub(super) fn present(path: &Path) -> Result<(), SceneErrors> {
             fail("there is no such file", similar_file(path))
         }
         // The reader reports other errors.
-        _ => Ok(()),
+        _ => is_scene(path),
     }
+}
+
+/// Checks that the extension is not one of a file that is often given for a scene.
+fn is_scene(path: &Path) -> Result<(), SceneErrors> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let fail = |message: &str, help: String| Err(SceneErrors::one(path, None, message.into(), Some(help)));
+    if mesh::EXTENSIONS.contains(&&*extension) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let shape = format!("shape = {{ type = \"mesh\", file = {} }}", spelling::quote(&name));
+        return fail("this is a mesh", format!("write a scene with an entity that has {shape}"));
+    }
+    if ["pbrt", "blend", "usd", "usda", "usdc", "usdz", "fbx", "abc"].contains(&&*extension) {
+        return fail("this format is not read", "scenes are .toml or Mitsuba's .xml".into());
+    }
+    Ok(())
 }
 
 /// A scene file in the folder of `path` with a similar name.
 fn similar_file(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_str()?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // The folder may contain millions of files. A suggestion is not worth reading all of them.
-    let beside: Vec<String> = fs::read_dir(folder)
-        .ok()?
-        .take(1000)
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter(|other| Format::of(other.as_ref()).is_some())
-        .collect();
+    let beside = spelling::files_beside(path, |other| Format::of(other.as_ref()).is_some());
     let with_extension = Format::extensions().into_iter().map(|extension| format!("{name}{extension}"));
     let completed = with_extension.into_iter().find(|whole| beside.contains(whole));
     let nearest = || spelling::nearest(name, beside.iter().map(String::as_str)).map(str::to_owned);

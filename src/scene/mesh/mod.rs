@@ -27,6 +27,9 @@ use std::collections::HashSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+/// The extensions of mesh files.
+pub const EXTENSIONS: [&str; 4] = ["ply", "obj", "glb", "gltf"];
+
 /// Reads the mesh file at `path`. Its extension gives the format: `.ply`, `.obj`, `.glb` or `.gltf`.
 pub fn read(path: &Path, split: &Split, watch: Watch<'_>) -> Result<MeshFile, MeshFileError> {
     let (file, len) = open(path)?;

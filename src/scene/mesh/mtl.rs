@@ -27,6 +27,8 @@ struct Raw {
     place: Option<FilePosition>,
     diffuse: Option<Colour>,
     specular: Colour,
+    /// The line of its highlights.
+    specular_place: Option<FilePosition>,
     emission: Colour,
     /// Whether a texture gives the emission, which is then often mostly black.
     has_emission_texture: bool,
@@ -44,6 +46,7 @@ impl Raw {
             place,
             diffuse: None,
             specular: [0.0; 3],
+            specular_place: None,
             emission: [0.0; 3],
             has_emission_texture: false,
             filter: None,
@@ -61,36 +64,44 @@ impl Raw {
         let opacity = self.opacity.or(self.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0);
         let refracts = self.ior.and_then(index).is_some();
         let filters = self.filter.is_some_and(|filter| filter != [0.0; 3] && filter != [1.0; 3]);
-        let mut note = |message| parts.note_of_material(message, self.place.clone());
+        let (whole, highlights) = (self.place.clone(), self.specular_place.clone());
+        let mut note_at =
+            |message, place: &Option<FilePosition>| parts.note_of_material(message, place.clone());
         let kind = match self.model {
             4 | 6 | 7 | 9 if refracts || filters => {
                 if self.diffuse.is_some() && !black {
-                    note("materials that refract are clear glass, without their diffuse colour");
+                    note_at("materials that refract are clear glass, without their diffuse colour", &whole);
                 }
                 glass(self.ior, self.filter.unwrap_or([1.0; 3]))
             }
             _ if opacity < 0.5 => {
                 if opacity > 0.0 {
-                    note("materials of an opacity below 0.5 are clear glass");
+                    note_at("materials of an opacity below 0.5 are clear glass", &whole);
                 }
                 glass(self.ior, self.filter.unwrap_or([1.0; 3]))
             }
             3 | 5 | 8 if shiny => {
                 if !black {
-                    note("materials that reflect are perfect mirrors, without their diffuse colour");
+                    note_at(
+                        "materials that reflect are perfect mirrors, without their diffuse colour",
+                        &whole,
+                    );
                 }
                 MaterialKind::Mirror(MirrorParameters { reflectance: self.specular })
             }
             _ if black && shiny => {
-                note("black materials with highlights (Ks) are perfect mirrors");
+                note_at("black materials with highlights (Ks) are perfect mirrors", &highlights);
                 MaterialKind::Mirror(MirrorParameters { reflectance: self.specular })
             }
             _ => {
                 if shiny && self.model > 1 {
-                    note("highlights (Ks) are left out of matte materials");
+                    note_at("highlights (Ks) are left out of matte materials", &highlights);
                 }
                 if matches!(self.model, 4 | 6 | 7 | 9) {
-                    note("materials with a transparent illum (4, 6, 7, 9) but no transmission are matte");
+                    note_at(
+                        "materials with a transparent illum (4, 6, 7, 9) but no transmission are matte",
+                        &whole,
+                    );
                 }
                 MaterialKind::Matte(MatteParameters {
                     reflectance: self.diffuse.unwrap_or([0.8; 3]),
@@ -99,13 +110,13 @@ impl Raw {
             }
         };
         if (0.5..1.0).contains(&opacity) && !matches!(kind, MaterialKind::Glass(_)) {
-            note("materials of an opacity from 0.5 are opaque");
+            note_at("materials of an opacity from 0.5 are opaque", &whole);
         }
         if matches!(kind, MaterialKind::Glass(_)) && !refracts {
-            note("glass whose index of refraction (Ni) is missing, 1 or out of range gets 1.5");
+            note_at("glass whose index of refraction (Ni) is missing, 1 or out of range gets 1.5", &whole);
         }
         if self.has_emission_texture {
-            note(DARK);
+            note_at(DARK, &whole);
         }
         let emission = if self.has_emission_texture { [0.0; 3] } else { self.emission };
         FileMaterial { name: self.name, kind, emission }
@@ -191,7 +202,10 @@ pub(super) fn read<R: BufRead>(
                 }
                 match key {
                     b"Kd" => raw.diffuse = Some(fraction(given)),
-                    b"Ks" => raw.specular = fraction(given),
+                    b"Ks" => {
+                        raw.specular = fraction(given);
+                        raw.specular_place = here();
+                    }
                     b"Ke" => raw.emission = radiance(given),
                     _ => raw.filter = Some(fraction(given)),
                 }

@@ -71,7 +71,7 @@ static FOCAL_LENGTH: Key<Number> = Key::default(
     "focal_length",
     LENGTH,
     "1",
-    "The distance of the image plane from the eye; it does not affect the image of a pinhole camera.",
+    "The distance of the image plane from the eye. It does not affect the image: the angle of view is vertical_fov.",
 );
 static APERTURE_RADIUS: Key<Number> = Key::default(
     "aperture_radius",
@@ -120,6 +120,13 @@ pub(super) fn camera(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>)
     };
 
     let focal_length = focal_length?;
+    // Converted scenes have the default.
+    if focal_length != 1.0 {
+        let at = fields.place_of(&FOCAL_LENGTH);
+        let help =
+            "set vertical_fov, which is 2·atan(h / (2·f)) for a focal length f and a sensor of height h";
+        diagnostics.warn(Some(at), "focal_length does not affect the image", help);
+    }
     Ok(CameraSettings {
         eye: eye?,
         forward: forward?.0,

@@ -26,7 +26,7 @@ use glam::DAffine3;
 
 use super::entity::{ENTITY_TABLE, RawEntity, entity};
 use super::report::{Diagnostics, Placed, Read, Reported};
-use super::shape::{TRANSFORM_TABLE, transform};
+use super::shape::Transform;
 use super::table::{At, Block, Fields, Key, ListOf, Named, Table};
 use super::value::Word;
 use crate::scene::description::{Entity, Group, Instance, Scene};
@@ -68,9 +68,9 @@ pub(super) static INSTANCE_TABLE: Table = Table::new("an instance", &[&NAME, &GR
 
 static NAME: Key<At<Word>> = Key::optional("name", At(Word), "The name of the instance in messages.");
 static GROUP: Key<At<Word>> = Key::required("group", At(Word), "The name of the group.");
-static TRANSFORM: Key<Block<DAffine3>> = Key::default(
+static TRANSFORM: Key<Transform> = Key::default(
     "transform",
-    Block { table: &TRANSFORM_TABLE, build: transform },
+    Transform,
     "{}",
     "The transform from the group's space to that of the instance: scale, then rotate, then translate; or a matrix.",
 );

@@ -98,7 +98,7 @@ fn parse_watched<'a>(
     let document = Value::new(0..0, DeValue::Table(document));
     let folder = file_name.parent().unwrap_or(Path::new(""));
     let (meshes, images) = (MeshCache::new(folder, watch), ImageCache::new(folder));
-    let mut diagnostics = Diagnostics::new(text, meshes, images, scene::header_of);
+    let mut diagnostics = Diagnostics::new(text, meshes, images, scene::places_of);
     // The parser's recovery from invalid TOML is a guess, and errors in a guess would mislead.
     let scene = match diagnostics.syntax_errors(&syntax_errors) {
         Ok(()) => scene::SCENE.read("scene", &document, &mut diagnostics),

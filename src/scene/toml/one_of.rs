@@ -65,6 +65,17 @@ impl<T> OneOf<T> {
         self.members.as_ref().map_or(&[], |members| (members.more)(declaration))
     }
 
+    /// Whether this family has a key that was given for the item `what`, which is not of this family: its members have
+    /// different keys.
+    pub(super) fn is_home(&self, what: &str, key: &str) -> bool {
+        let is_declared = self.declarations().iter().any(|declaration| declaration.what == what);
+        let is_variant = self.variants.iter().any(|variant| variant.table.what == what);
+        let common = self.members.as_ref().and_then(|members| members.common);
+        let is_known =
+            || !self.owners(key).is_empty() || common.into_iter().flat_map(names).any(|n| n == key);
+        !is_declared && !is_variant && is_known()
+    }
+
     fn tags(&self) -> impl Iterator<Item = &'static str> + Clone {
         self.shown()
             .map(|declaration| declaration.name)

@@ -11,8 +11,9 @@ use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
 use crate::scene::images::{self, ImageCache};
 use crate::scene::mesh::cache::{Found, MeshCache, Unreadable};
-use crate::scene::mesh::{MeshFile, Split};
-use crate::scene::spelling::shorten;
+use crate::scene::mesh::{self, MeshFile, Split};
+use crate::scene::spelling::{self, quote, shorten};
+use crate::texture;
 
 /// The maximum number of errors that are described; an invalid file may have millions.
 const MAX_ERRORS: usize = 100;
@@ -38,8 +39,8 @@ struct Message {
     help: Option<String>,
 }
 
-/// Finds the header under which a key belongs.
-pub(super) type HeaderOf = fn(&str) -> Option<&'static str>;
+/// Finds the places where a key belongs that was given for an item, such as "a mesh".
+pub(super) type PlacesOf = fn(what: &str, key: &str) -> Vec<&'static str>;
 
 /// All errors and warnings about a text so far.
 pub(super) struct Diagnostics<'t> {
@@ -52,22 +53,22 @@ pub(super) struct Diagnostics<'t> {
     meshes: MeshCache<'t>,
     /// The image files that the text refers to.
     images: ImageCache,
-    /// Finds the header for a misplaced key.
-    header_of: HeaderOf,
+    /// Finds the places for a misplaced key.
+    places_of: PlacesOf,
 }
 
 impl<'t> Diagnostics<'t> {
     /// No messages yet, for a text with its mesh and image files.
-    pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, images: ImageCache, header_of: HeaderOf) -> Self {
+    pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, images: ImageCache, places_of: PlacesOf) -> Self {
         let (errors, warnings) = (Vec::new(), Vec::new());
-        Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, images, header_of }
+        Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, images, places_of }
     }
 
     /// No messages yet, for a text without files.
     #[cfg(test)]
     pub(super) fn alone(text: &'t str) -> Self {
         let folder = Path::new("");
-        Self::new(text, MeshCache::new(folder, None), ImageCache::new(folder), |_| None)
+        Self::new(text, MeshCache::new(folder, None), ImageCache::new(folder), |_, _| Vec::new())
     }
 
     /// The contents of a mesh file; messages about it have the position of the reference.
@@ -79,7 +80,10 @@ impl<'t> Diagnostics<'t> {
                 }
                 Ok(mesh)
             }
-            Err(Unreadable::First(error)) => Err(self.error(file.at, error.to_string())),
+            Err(Unreadable::First(error)) => {
+                let help = |this: &Self| this.similar(file, &mesh::EXTENSIONS);
+                Err(self.error_with(file.at, error.to_string(), help))
+            }
             // It has been reported.
             Err(Unreadable::Again) => Err(Reported(())),
         }
@@ -88,9 +92,27 @@ impl<'t> Diagnostics<'t> {
     /// The index of an image file; messages about it have the position of the reference.
     pub(super) fn image(&mut self, file: &Placed<String>) -> Result<usize, Reported> {
         self.images.get(&file.value).map_err(|error| match error {
-            images::Unreadable::First(error) => self.error(file.at, error.to_string()),
+            images::Unreadable::First(error) => {
+                self.error_with(file.at, error.to_string(), |this| this.similar(file, &texture::EXTENSIONS))
+            }
             images::Unreadable::Again => Reported(()),
         })
+    }
+
+    /// A suggestion for a file that does not exist: one with a similar name beside it.
+    fn similar(&self, file: &Placed<String>, extensions: &[&str]) -> Option<String> {
+        let path = self.images.folder().join(&file.value);
+        // The tiles of a picture of several have numbers, which are no misspellings.
+        if path.exists() || file.value.contains('<') {
+            return None;
+        }
+        let is_candidate = |name: &str| {
+            let extension = Path::new(name).extension().map(|extension| extension.to_ascii_lowercase());
+            extension.is_some_and(|extension| extensions.iter().any(|known| extension == *known))
+        };
+        let name = spelling::file_beside(&path, is_candidate)?;
+        let path = Path::new(&file.value).with_file_name(name);
+        Some(format!("did you mean {}?", quote(&path.to_string_lossy())))
     }
 
     /// A message about the values of an image that are no valid radiance, if there are any.
@@ -116,9 +138,9 @@ impl<'t> Diagnostics<'t> {
         self.meshes.sources()
     }
 
-    /// The header for a misplaced key, if there is one.
-    pub(super) fn header_of(&self, key: &str) -> Option<&'static str> {
-        (self.header_of)(key)
+    /// The places for a misplaced key of the item `what`.
+    pub(super) fn places_of(&self, what: &str, key: &str) -> Vec<&'static str> {
+        (self.places_of)(what, key)
     }
 
     pub(super) fn has_errors(&self) -> bool {

@@ -9,7 +9,7 @@ use super::one_of::OneOf;
 use super::report::{Diagnostics, Read, Reported};
 use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
 use super::textures::{self, TextureNames};
-use super::{camera, film, light, render};
+use super::{camera, film, light, render, shape};
 use crate::scene::check::SceneProblem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::mixed_media::mixed_media;
@@ -78,19 +78,26 @@ static ENVIRONMENT: Key<Block<Surroundings>> = Key::default(
     "The radiance of rays that leave the scene.",
 );
 
-/// The headers for misplaced keys.
-static HEADERS: &[(&str, &Table)] = &[
-    ("[film]", &film::FILM_TABLE),
-    ("[camera]", &camera::CAMERA_TABLE),
-    ("[render]", &render::RENDER_TABLE),
-    ("[[entities]]", &entity::ENTITY_TABLE),
-    ("[environment]", &environment::ENVIRONMENT_TABLE),
+/// The places for misplaced keys, the likeliest first.
+static PLACES: &[(&str, &Table)] = &[
+    ("in the transform of a shape or an instance", &shape::TRANSFORM_TABLE),
+    ("under [film]", &film::FILM_TABLE),
+    ("under [camera]", &camera::CAMERA_TABLE),
+    ("under [render]", &render::RENDER_TABLE),
+    ("under [[entities]]", &entity::ENTITY_TABLE),
+    ("under [environment]", &environment::ENVIRONMENT_TABLE),
 ];
 
-/// The header for a misplaced key.
-pub(super) fn header_of(key: &str) -> Option<&'static str> {
-    let of_key = HEADERS.iter().find(|(_, table)| table.names().any(|name| name == key));
-    of_key.map(|(header, _)| *header)
+/// The places for a misplaced key of the item `what`.
+pub(super) fn places_of(what: &str, key: &str) -> Vec<&'static str> {
+    let tables = PLACES.iter().filter(|(_, table)| table.names().any(|name| name == key));
+    let families = [
+        ("under [materials.NAME]", materials::MATERIAL.is_home(what, key)),
+        ("under [textures.NAME]", textures::TEXTURE.is_home(what, key)),
+        ("under [[lights]]", light::LIGHT.is_home(what, key)),
+    ];
+    let families = families.into_iter().filter(|(_, is_home)| *is_home).map(|(place, _)| place);
+    tables.map(|(place, _)| *place).chain(families).collect()
 }
 
 fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Scene> {

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
+use serde_json::Value as Json;
 
 use super::common::POINT;
 use super::declared::Values;
+use super::form::{Value, ValueForm};
 use super::one_of::{Members, OneOf, Variant};
 use super::report::{Diagnostics, Placed, Read};
 use super::table::{AnyKey, At, Block, Fields, Key, Named, Table, WordOrMap};
@@ -86,15 +88,15 @@ static PART_MATERIALS: Key<WordOrMap<PartMaterials, At<Word>>> = Key::optional(
     WordOrMap { word: "file", means: PartMaterials::OfFile, value: At(Word), map: PartMaterials::Named },
     "The materials of parts of the mesh. \"file\" uses those of the file (colours in MTL, base materials in glTF, and their emission). A table assigns materials of the scene to groups or materials of the file by name. All other parts have the entity's material.",
 );
-static TRANSFORM: Key<Block<DAffine3>> = Key::default(
+static TRANSFORM: Key<Transform> = Key::default(
     "transform",
-    Block { table: &TRANSFORM_TABLE, build: transform },
+    Transform,
     "{}",
     "The transform from the file's space to the world: scale, then rotate, then translate; or a matrix.",
 );
-static PLACING: Key<Block<DAffine3>> = Key::optional(
+static PLACING: Key<Transform> = Key::optional(
     "transform",
-    Block { table: &TRANSFORM_TABLE, build: transform },
+    Transform,
     "The transform from the space of the parameters to the world: scale, then rotate, then translate; or a matrix. The shape becomes a group with one instance, and is sampled as a light like shapes in groups.",
 );
 static SCALE: Key<Triple> = Key::default(
@@ -189,7 +191,29 @@ fn parts_are_there(
     outcome
 }
 
-pub(super) fn transform(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<DAffine3> {
+/// A transform, whose keys are often written beside it.
+pub(super) struct Transform;
+
+static TRANSFORM_BLOCK: Block<DAffine3> = Block { table: &TRANSFORM_TABLE, build: transform };
+
+impl ValueForm for Transform {
+    type Output = DAffine3;
+
+    fn read(&self, key: &str, value: &Value<'_>, diagnostics: &mut Diagnostics<'_>) -> Read<DAffine3> {
+        TRANSFORM_BLOCK.read(key, value, diagnostics)
+    }
+
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        let is_key = TRANSFORM_TABLE.names().any(|name| name == key);
+        if is_key { vec![TRANSFORM_TABLE.what] } else { Vec::new() }
+    }
+
+    fn schema(&self) -> Json {
+        TRANSFORM_BLOCK.schema()
+    }
+}
+
+fn transform(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<DAffine3> {
     let scale = fields.get(&SCALE, diagnostics);
     let rotate = fields.get(&ROTATE, diagnostics);
     let translate = fields.get(&TRANSLATE, diagnostics);

@@ -9,6 +9,7 @@ use super::form::{Value, ValueForm};
 use super::report::{Diagnostics, Placed, Reported};
 use super::value;
 use crate::scene::spelling::{self, quote};
+use crate::scene::synonyms;
 
 /// The meaning of an absent key.
 enum Absent {
@@ -183,7 +184,7 @@ impl<'d, 't> Fields<'d, 't> {
                 let inside = keys.iter().find_map(|key| belongs_inside(*key, name.get_ref()));
                 let is_misplaced = inside.is_some();
                 let help = |diagnostics: &Diagnostics<'_>| {
-                    inside.or_else(|| unknown_key_help(name.get_ref(), &known, diagnostics))
+                    inside.or_else(|| unknown_key_help(what, name.get_ref(), &known, diagnostics))
                 };
                 let reported = diagnostics.error_with(name.span().start, message, help);
                 let nearest = spelling::nearest(name.get_ref(), known.clone()).filter(|_| !is_misplaced);
@@ -268,19 +269,35 @@ pub(super) fn expect_table<'d, 't>(
 /// Whether a key with this name belongs inside the table that is the value of another key.
 fn belongs_inside(key: &dyn AnyKey, name: &str) -> Option<String> {
     let owners = key.owners(name);
-    (!owners.is_empty())
-        .then(|| format!("{} belongs inside {}, as a key of {}", quote(name), key.name(), owners.join(", ")))
+    match owners[..] {
+        [] => None,
+        // "Inside transform, as a key of a transform" would say less than an example.
+        [owner] if owner.ends_with(key.name()) => {
+            Some(format!("{} belongs inside {1}: {1} = {{ {name} = … }}", quote(name), key.name()))
+        }
+        _ => {
+            Some(format!("{} belongs inside {}, as a key of {}", quote(name), key.name(), owners.join(", ")))
+        }
+    }
 }
 
 fn unknown_key_help<'c>(
+    what: &str,
     name: &str,
     known: &(impl Iterator<Item = &'c str> + Clone),
     diagnostics: &Diagnostics<'_>,
 ) -> Option<String> {
-    if spelling::nearest(name, known.clone()).is_none()
-        && let Some(header) = diagnostics.header_of(name)
-    {
-        return Some(format!("{} belongs under {header}", quote(name)));
+    if spelling::nearest(name, known.clone()).is_none() {
+        if let Some(advice) = synonyms::advice(what, name).or_else(|| synonyms::advice("key", name)) {
+            return Some(advice.to_owned());
+        }
+        match &diagnostics.places_of(what, name)[..] {
+            [] => {}
+            [place] => return Some(format!("{} belongs {place}", quote(name))),
+            [others @ .., last] => {
+                return Some(format!("{} belongs {} or {last}", quote(name), others.join(", ")));
+            }
+        }
     }
     spelling::instead(name, known.clone())
 }

@@ -6,11 +6,13 @@ use super::one_of::{Members, OneOf};
 use super::order::order;
 use super::report::{Diagnostics, Placed, Read, Reported};
 use super::table::Named;
+use crate::math::colour::srgb_to_linear;
 use crate::parameter::Family;
 use crate::scene::description::{Entity, Material, Texture, TextureKind};
 use crate::scene::names::Names;
-use crate::scene::spelling::quote;
-use crate::texture::costs;
+use crate::scene::spelling::{quote, shorten};
+use crate::texture::{EXTENSIONS, costs};
+use std::path::Path;
 
 pub(super) const TEXTURE: OneOf<Values> = OneOf {
     what: "texture",
@@ -44,10 +46,40 @@ impl<'n> TextureNames<'n> {
         names.find(&name.value).ok_or_else(|| {
             diagnostics.error_with(name.at, format!("no texture {}", quote(&name.value)), |_| {
                 let none = || "this file has no [textures.NAME]".into();
-                Some(names.instead(&name.value).unwrap_or_else(none))
+                let of_value = of_a_colour(&name.value).or_else(|| of_a_file(&name.value, names));
+                Some(of_value.or_else(|| names.instead(&name.value)).unwrap_or_else(none))
             })
         })
     }
+}
+
+/// Advice about a colour of six hexadecimal digits that is given for the name of a texture.
+fn of_a_colour(name: &str) -> Option<String> {
+    let digits = name.strip_prefix('#').filter(|digits| digits.len() == 6)?;
+    let code = u32::from_str_radix(digits, 16).ok()?;
+    let linear = [16, 8, 0].map(|shift| srgb_to_linear(f64::from(code >> shift & 0xff) / 255.0));
+    let linear = linear.map(|channel| (channel * 1e3).round() / 1e3);
+    Some(format!("colours are linear [red, green, blue]: this one is {linear:?}"))
+}
+
+/// Advice about a picture that is given for the name of a texture.
+fn of_a_file(file: &str, names: &Names<'_>) -> Option<String> {
+    let path = Path::new(file);
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    let stem = path.file_stem()?.to_str()?;
+    if !EXTENSIONS.contains(&&*extension) {
+        return None;
+    }
+    if names.find(stem).is_some() {
+        return Some(format!("did you mean {}?", quote(stem)));
+    }
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    let header = if stem.chars().all(is_bare) { shorten(stem) } else { quote(stem) };
+    Some(format!(
+        "add [textures.{header}] with type = \"image\" and file = {}, and name it: {}",
+        quote(file),
+        quote(stem)
+    ))
 }
 
 /// Textures in their final order.

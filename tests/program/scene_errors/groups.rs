@@ -47,6 +47,13 @@ broken!(
     [r#"2:9: no group "tree"; this file has no [groups.NAME]"#]
 );
 broken!(
+    scale_beside_the_transform,
+    with_group("[[instances]]\ngroup = \"tree\"\nscale = 2"),
+    [
+        r#"9:1: unknown key "scale" in an instance; "scale" belongs inside transform: transform = { scale = … }"#
+    ]
+);
+broken!(
     instance_without_group,
     with_group("[[instances]]\nname = \"a\""),
     [r#"7:1: missing key "group" in an instance"#]

@@ -31,6 +31,49 @@ broken!(
     [r#"2:1: unknown key "samples" in the film; "samples" belongs under [render]"#]
 );
 broken!(
+    key_of_two_tables,
+    "height = 640\n",
+    [r#"1:1: unknown key "height" in a scene file; "height" belongs under [film] or under [camera]"#]
+);
+broken!(
+    key_of_a_family,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1 }"#, "roughness = 1\ncone_angle = 30"),
+    [
+        r#"7:1: unknown key "roughness" in an entity; "roughness" belongs under [materials.NAME] or under [textures.NAME]"#,
+        r#"8:1: unknown key "cone_angle" in an entity; "cone_angle" belongs under [[lights]]"#
+    ]
+);
+broken!(
+    rotation_beside_the_transform,
+    entity(r#"{ type = "box", min = [0, 0, 0], max = [1, 1, 1], rotate = [90, 0, 0] }"#, ""),
+    [r#"5:59: unknown key "rotate" in a box; "rotate" belongs inside transform: transform = { rotate = … }"#]
+);
+broken!(
+    rotation_beside_the_shape,
+    entity(r#"{ type = "box", min = [0, 0, 0], max = [1, 1, 1] }"#, "rotate = [90, 0, 0]"),
+    [
+        r#"7:1: unknown key "rotate" in an entity; "rotate" belongs in the transform of a shape or an instance or under [environment]"#
+    ]
+);
+broken!(
+    environment_by_another_programs_name,
+    "[world]\nradiance = [1, 1, 1]\n",
+    [r#"1:2: unknown key "world" in a scene file; did you mean "environment"?"#]
+);
+broken!(
+    depth_by_another_programs_name,
+    "[render]\nmax_bounces = 8\n",
+    [r#"2:1: unknown key "max_bounces" in the render settings; did you mean "max_depth"?"#]
+);
+broken!(
+    keys_without_a_counterpart,
+    "[render]\ndenoise = true\n[film]\ntransparent = true\n",
+    [
+        r#"2:1: unknown key "denoise" in the render settings; there is no denoiser; render with --layers albedo,normal, which other denoisers need"#,
+        r#"4:1: unknown key "transparent" in the film; pictures have no alpha; see opacity and "dielectric" for transparent surfaces"#
+    ]
+);
+broken!(
     key_by_another_programs_name,
     r#"
 [materials.a]

@@ -289,7 +289,7 @@ metal = "gold"
 reflectance = [1, 1, 1]
 "#,
     [
-        r#"4:1: unknown key "reflectance" in a conductor; valid here: "type", "metal", "eta", "k", "roughness", "opacity", "back", "normal_map", "normal_scale", "bump_map", "bump_scale""#
+        r#"4:1: unknown key "reflectance" in a conductor; a metal that reflects the fraction R has eta = [1, 1, 1] and k = 2·√(R / (1 − R)), for each channel"#
     ]
 );
 broken!(

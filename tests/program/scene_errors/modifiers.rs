@@ -104,7 +104,9 @@ broken!(
 broken!(
     a_normal_map_that_is_a_file,
     matte("normal_map = \"bricks.png\""),
-    [r#"7:14: no texture "bricks.png"; this file has no [textures.NAME]"#]
+    [
+        r#"7:14: no texture "bricks.png"; add [textures.bricks] with type = "image" and file = "bricks.png", and name it: "bricks""#
+    ]
 );
 broken!(
     a_normal_map_that_is_a_material,
@@ -135,9 +137,7 @@ broken!(
 broken!(
     an_opacity_of_an_entity,
     entity("{ type = \"sphere\", center = [0, 0, 0], radius = 1 }", "opacity = 0.5"),
-    [
-        r#"7:1: unknown key "opacity" in an entity; valid here: "name", "shape", "material", "emission", "power", "flip_normal""#
-    ]
+    [r#"7:1: unknown key "opacity" in an entity; "opacity" belongs under [materials.NAME]"#]
 );
 
 #[test]

@@ -30,6 +30,28 @@ broken!(
     [r#"3:15: no texture "planks"; this file has no [textures.NAME]"#]
 );
 broken!(
+    a_file_for_a_texture,
+    matte("\"Floor tiles.PNG\"", ""),
+    [
+        r#"3:15: no texture "Floor tiles.PNG"; add [textures."Floor tiles"] with type = "image" and file = "Floor tiles.PNG", and name it: "Floor tiles""#
+    ]
+);
+broken!(
+    a_file_for_the_texture_of_that_name,
+    matte("\"tiles.png\"", "[textures.tiles]\ntype = \"constant\"\nvalue = 1\n"),
+    [r#"3:15: no texture "tiles.png"; did you mean "tiles"?"#]
+);
+broken!(
+    a_hexadecimal_colour,
+    matte("\"#ff8800\"", ""),
+    [r##"3:15: no texture "#ff8800"; colours are linear [red, green, blue]: this one is [1.0, 0.246, 0.0]"##]
+);
+broken!(
+    a_name_with_a_hash,
+    matte("\"#ffg800\"", ""),
+    [r##"3:15: no texture "#ffg800"; this file has no [textures.NAME]"##]
+);
+broken!(
     a_number_in_quotes_is_no_texture,
     matte("\"0.5\"", ""),
     ["3:15: reflectance must be an array of 3 numbers (red, green, blue), not a string; remove the quotes"]

@@ -31,6 +31,40 @@ fn a_missing_file_has_a_suggestion() {
 }
 
 #[test]
+fn missing_meshes_and_pictures_have_suggestions() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let parts = folder.path().join("parts");
+    fs::create_dir(&parts).expect("made");
+    for name in ["knot.ply", "knots.txt", "tiles.png"] {
+        fs::write(parts.join(name), "").expect("written");
+    }
+    let told = |text: &str| {
+        let scene = folder.path().join("a.toml");
+        fs::write(&scene, text).expect("written");
+        message(&scene)
+    };
+    let mesh = |file: &str| {
+        told(&format!("[[entities]]\nshape = {{ type = \"mesh\", file = \"{file}\" }}\nmaterial = \"a\"\n"))
+    };
+    assert!(mesh("parts/knots.ply").contains("no such file; did you mean \"parts/knot.ply\"?"));
+    assert!(!mesh("parts/torus.ply").contains("did you mean"));
+    assert!(!mesh("parts/knot.ply").contains("did you mean"), "it is there, but no mesh");
+    let picture = |file: &str| told(&format!("[environment]\nfile = \"{file}\"\n"));
+    assert!(picture("parts/tlies.png").contains("no such file; did you mean \"parts/tiles.png\"?"));
+}
+
+#[test]
+fn files_that_are_no_scenes_have_a_remedy() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, remedy) in [("knot.OBJ", "this is a mesh; "), ("a.pbrt", "this format is not read; ")] {
+        let path = folder.path().join(name);
+        fs::write(&path, "v 0 0 0\n").expect("written");
+        let told = message(&path);
+        assert!(told.starts_with(&format!("{name}: {remedy}")), "{told}");
+    }
+}
+
+#[test]
 fn a_folder_is_rejected() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scenes");

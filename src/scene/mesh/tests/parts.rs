@@ -110,7 +110,7 @@ fn losses_of_materials_are_noted() {
         ),
         (
             "Kd 1 1 1\nKs 1 1 1\n",
-            "highlights (Ks) are left out of matte materials: 1, in line 2 of colours.mtl",
+            "highlights (Ks) are left out of matte materials: 1, in line 4 of colours.mtl",
         ),
         (
             "Kd spectral a.rfl\nKs xyz 1 1 1\n",

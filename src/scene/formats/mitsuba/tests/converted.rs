@@ -52,6 +52,7 @@ const KINDS: &[Kind] = &[
         ("<bsdf type='roughdielectric'><string name='distribution' value='ggx'/>", "</bsdf>", &["", "<float name='int_ior' value='1.7'/>", "<float name='ext_ior' value='1.1'/>", "<float name='alpha' value='0.3'/>", WIDTH, "<rgb name='specular_reflectance' value='0.9 0.8 0.7'/>", "<rgb name='specular_transmittance' value='0.9 0.8 0.7'/>"]),
         ("<bsdf type='thindielectric'>", "</bsdf>", &["", "<float name='int_ior' value='1.7'/>", "<rgb name='specular_reflectance' value='0.9 0.8 0.7'/>", "<rgb name='specular_transmittance' value='0.9 0.8 0.7'/>"]),
         ("<bsdf type='twosided'>", "</bsdf>", &[INNER, "<bsdf type='diffuse'/><bsdf type='conductor'/>", "<boolean name='allow_transmission' value='true'/><bsdf type='diffuse'/>"]),
+        ("<bsdf type='null'>", "</bsdf>", &[""]),
         ("<bsdf type='mask'><bsdf type='diffuse'/>", "</bsdf>", &["", "<float name='opacity' value='0.3'/>", "<texture type='checkerboard' name='opacity'/>"]),
         ("<bsdf type='bumpmap'><bsdf type='diffuse'/><texture type='checkerboard'/>", "</bsdf>", &["", "<float name='scale' value='0.3'/>", "<boolean name='use_shadowing_function' value='false'/>"]),
         ("<bsdf type='normalmap'><bsdf type='diffuse'/>", "</bsdf>", &["<texture type='rawconstant' name='normalmap'><vector name='value' value='0.5 0.6 1'/></texture>", "<texture type='bitmap' name='normalmap'><string name='filename' value='p.png'/><boolean name='raw' value='true'/></texture><boolean name='flip_invalid_normals' value='false'/>"]),

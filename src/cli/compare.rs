@@ -11,7 +11,17 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+const AFTER_HELP: &str = "\
+Figures:
+  MSE            Mean of (A − B)² over pixels and channels.
+  relMSE         Mean of (A − B)² / (B² + 0.01).
+  relMSE_scaled  Mean of (A − B)² / (B² + 0.01·m²), where m is the mean of B
+                 without its brightest 0.5% of pixels.
+  noise          √relMSE_scaled without the worst 0.5% of pixels.
+  FLIP           Perceived difference from 0 to 1 (Andersson et al. 2020, 2021).";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct CompareArguments {
     /// Picture: .png, .exr or .hdr
     a: PathBuf,
@@ -56,7 +66,8 @@ fn words(a: &Path, b: &Path, found: &Comparison) -> String {
         let _ = writeln!(text, "{name:<14}{red:>13}{green:>13}{blue:>13}   {}", path.display());
     }
     let _ = writeln!(text, "{:<14}{:>13}", "MSE", figure(found.mse));
-    let _ = writeln!(text, "{:<14}{:>13}", "relMSE", figure(found.relative_mse));
+    let _ =
+        writeln!(text, "{:<14}{:>13}   mean of (A − B)² / (B² + 0.01)", "relMSE", figure(found.relative_mse));
     let _ = writeln!(
         text,
         "{:<14}{:>13}   with brightness {} of B: its mean without the brightest 0.5% of pixels",

@@ -15,7 +15,7 @@ use axis::{Span, number};
 pub struct Chart {
     /// A short title.
     pub title: String,
-    /// The conditions of the measurement.
+    /// The conditions of the measurement, in one line or several.
     pub subtitle: String,
     /// The horizontal axis.
     pub x: Axis,
@@ -77,8 +77,11 @@ const HEIGHT: f64 = 540.0;
 const LEFT: f64 = 88.0;
 const RIGHT: f64 = WIDTH - 40.0;
 const BOTTOM: f64 = HEIGHT - 72.0;
-/// Baseline of the legend's first line.
-const LEGEND: f64 = 98.0;
+/// Baseline of the subtitle's first line.
+const SUBTITLE: f64 = 66.0;
+const SUBTITLE_LINE: f64 = 19.0;
+/// Distance of the legend's first baseline from the subtitle's last one.
+const LEGEND: f64 = 32.0;
 const LEGEND_LINE: f64 = 22.0;
 /// The width of a letter in the legend, with a margin: texts must not overlap in any font.
 const LETTER: f64 = 7.6;
@@ -132,7 +135,8 @@ impl Chart {
     /// The legend, and the top of the chart's own area below it.
     fn legend(&self) -> (String, f64) {
         let mut svg = String::new();
-        let (mut x, mut y) = (LEFT, LEGEND);
+        let lines = self.subtitle.lines().count().max(1);
+        let (mut x, mut y) = (LEFT, SUBTITLE + SUBTITLE_LINE * (lines - 1) as f64 + LEGEND);
         let mut colours = COLOURS.iter().cycle();
         for series in &self.series {
             let width = SWATCH + series.label.chars().count() as f64 * LETTER;
@@ -209,12 +213,12 @@ impl Chart {
 
 /// The start of the document: text for screen readers, styles, title.
 fn head(title: &str, subtitle: &str, top: f64) -> String {
-    let (title, subtitle) = (escaped(title), escaped(subtitle));
+    let (title, description) = (escaped(title), escaped(&subtitle.replace('\n', " · ")));
     let (width, height) = (RIGHT - LEFT, BOTTOM - top);
-    format!(
+    let mut head = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img">
 <title>{title}</title>
-<desc>{subtitle}</desc>
+<desc>{description}</desc>
 <style>
 text {{ font-family: Inter, "Segoe UI", "Helvetica Neue", Helvetica, Arial, "Liberation Sans", sans-serif; fill: {MUTED} }}
 .title {{ font-size: 21px; font-weight: 600; fill: {INK} }}
@@ -229,9 +233,13 @@ text {{ font-family: Inter, "Segoe UI", "Helvetica Neue", Helvetica, Arial, "Lib
 <clipPath id="area"><rect x="{LEFT}" y="{top:.1}" width="{width}" height="{height:.1}"/></clipPath>
 <rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>
 <text class="title" x="{LEFT}" y="42">{title}</text>
-<text class="subtitle" x="{LEFT}" y="66">{subtitle}</text>
 "##
-    )
+    );
+    for (i, line) in subtitle.lines().enumerate() {
+        let y = SUBTITLE + SUBTITLE_LINE * i as f64;
+        let _ = writeln!(head, r#"<text class="subtitle" x="{LEFT}" y="{y}">{}</text>"#, escaped(line));
+    }
+    head
 }
 
 fn path(points: &[Point], x: &Span, y: &Span) -> String {
@@ -346,6 +354,17 @@ mod tests {
         let short = wide.legend().1;
         wide.series.iter_mut().for_each(|series| series.label = "long ".repeat(12));
         assert!(wide.legend().1 > short);
+    }
+
+    #[test]
+    fn a_second_line_of_the_subtitle_moves_the_legend_down() {
+        let mut two = chart(Scale::Linear, vec![Point::at(1.0, 1.0)]);
+        let one = two.legend().1;
+        two.subtitle = "s\nreference <r>".into();
+        assert_eq!(two.legend().1, one + SUBTITLE_LINE);
+        let svg = two.svg();
+        assert!(svg.contains("<desc>s · reference &lt;r&gt;</desc>"), "{svg}");
+        assert!(svg.contains("y=\"66\">s</text>") && svg.contains("y=\"85\">reference &lt;r&gt;</text>"));
     }
 
     #[test]

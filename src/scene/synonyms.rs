@@ -25,9 +25,11 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("object", "entities"),
     ("objects", "entities"),
     ("origin", "eye"),
+    ("paddedsobol", "sobol"),
     ("pos", "position"),
     ("position", "center"),
     ("position", "eye"),
+    ("random", "independent"),
     ("rectangle", "quad"),
     ("rotation", "rotate"),
     ("sky", "environment"),
@@ -141,6 +143,11 @@ const OTHERS: &[(&str, &[&str], &str)] = &[
         &["obj", "ply", "gltf", "glb", "trianglemesh", "model", "file"],
         "a shape from a file is { type = \"mesh\", file = \"NAME.obj\" }",
     ),
+    (
+        "sampler",
+        &["zsobol", "halton", "pmj02bn", "stratified", "multijitter", "orthogonal", "ldsampler"],
+        "there is \"sobol\", which is pbrt's paddedsobol, and \"independent\"",
+    ),
     ("texture type", &["bitmap", "imagemap", "imagetexture", "picture"], "did you mean \"image\"?"),
 ];
 
@@ -180,6 +187,7 @@ mod tests {
         assert!(advice("material type", "Principled BSDF").unwrap().contains("\"conductor\""));
         assert!(advice("a conductor", "base_color").unwrap().contains("eta"));
         assert!(advice("key", "film_transparent").unwrap().contains("alpha"));
+        assert!(advice("sampler", "zsobol").unwrap().contains("paddedsobol"));
         for (what, word) in [
             ("shape type", "area"),
             ("light type", "principled"),

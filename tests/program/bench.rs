@@ -118,7 +118,7 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
     let (spp, errors) = (column("spp"), column("rms_error"));
     assert_eq!(spp, [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]);
     let said =
-        text.split("Slope of independent on logarithmic axes: ").nth(1).unwrap().split(' ').next().unwrap();
+        text.split("Slope of independent from 1 to 32 samples: ").nth(1).unwrap().split(' ').next().unwrap();
     let slope: f64 = said.replace('−', "-").parse().unwrap();
     assert!((slope + 0.5).abs() < 0.1, "{text}");
     // The printed slope matches the file: least squares over logarithms, by a different formula.
@@ -131,9 +131,22 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
         rest.iter().zip(&errors).all(|(rest, all)| rest < all),
         "the worst pixels are still there: {rest:?}"
     );
-    assert!(text.contains("reference of 512 samples per pixel"), "{text}");
+    // So do the local slopes, and the slope in the file: of all powers of two from 1 on.
+    let table = fs::read_to_string(&file).unwrap();
+    let local: Vec<f64> = (1..6).map(|i| (errors[i] / errors[i - 1]).log2()).collect();
+    for (i, line) in table.lines().skip(1).enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let at = |name: &str| table.lines().next().unwrap().split(',').position(|n| n == name).unwrap();
+        let found = |name: &str| cells[at(name)].parse::<f64>().ok();
+        assert_eq!(found("local_slope").is_some(), i > 0);
+        assert!(i == 0 || (found("local_slope").unwrap() - local[i - 1]).abs() < 1e-9, "{line}");
+        assert!((found("slope").unwrap() - weighted / squares).abs() < 1e-9, "{line}");
+        assert_eq!((found("slope_from_spp"), found("slope_standard_error")), (Some(1.0), None));
+    }
+    assert!(text.contains("Reference: rendered, 512 samples per pixel, sobol, seed 2654435769\n"), "{text}");
+    assert!(fs::read_to_string(folder.path().join("n.svg")).unwrap().contains("rendered, 512 samples"));
     assert!(text.contains("no ± with --repeat 1"), "{text}");
-    assert_eq!(dots(&folder.path().join("n.svg")), 12);
+    assert_eq!(dots(&folder.path().join("n.svg")), 6);
 }
 
 const SMALL: &str = "--spp 4 --size 24x18 --seed 5";
@@ -153,7 +166,7 @@ fn several_samplers_are_in_one_table_and_one_chart() {
     {
         assert!(text.contains(words), "{words:?} is not in\n{text}");
     }
-    assert_eq!(dots(&folder.path().join("n.svg")), 12);
+    assert_eq!(dots(&folder.path().join("n.svg")), 6);
     // Each part is the table of that sampler alone: all have the same reference.
     let parts = ["sobol", "independent"].map(|sampler| table(&format!("--sampler {sampler}"), "alone.csv").1);
     let rows = parts[1].split_once('\n').unwrap().1;
@@ -173,9 +186,10 @@ fn a_reference_from_a_file_replaces_the_rendered_one() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
-    let sampler = "--repeat 2 --sampler independent";
+    let sampler = "--repeat 2 --sampler independent --first-spp 2";
     let text = done("noise", &format!("{SMALL} {sampler} --reference r.exr --csv file.csv"), folder.path());
-    assert!(text.contains("reference r.exr"), "{text}");
+    assert!(text.contains("Reference: r.exr, 64 samples per pixel, sobol, seed 2654435774\n"), "{text}");
+    assert!(text.contains("Slope of independent from 2 to 4 samples: none"), "{text}");
     done("noise", &format!("{SMALL} {sampler} --reference-spp 64 --csv built-in.csv"), folder.path());
     done("noise", &format!("{SMALL} {sampler} --reference-spp 65 --csv other.csv"), folder.path());
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
@@ -192,10 +206,13 @@ fn standard_errors_are_those_of_independent_seeds() {
         let arguments = "--spp 4 --size 24x18 --sampler sobol --reference r.exr --csv n.csv";
         done("noise", &format!("{arguments} --seed {seed} --repeat {repeat}"), folder.path());
         let file = folder.path().join("n.csv");
-        // One seed has no standard error: the field is empty.
-        let has_deviations =
-            fs::read_to_string(&file).unwrap().lines().skip(1).all(|line| !line.contains(",,"));
-        assert_eq!(has_deviations, repeat > 1);
+        // One seed has no standard error: the fields are empty, those of slopes and those of errors.
+        for column in ["rms_error_standard_error", "slope_standard_error"] {
+            let text = fs::read_to_string(&file).unwrap();
+            let at = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+            let is_empty = |line: &str| line.split(',').nth(at).unwrap().is_empty();
+            assert!(text.lines().skip(1).all(|line| is_empty(line) == (repeat == 1)), "{column}: {text}");
+        }
         column(&file, "sobol", name)
     };
     let alone: Vec<Vec<f64>> = (5..8).map(|seed| errors(seed, 1, "rms_error")).collect();
@@ -241,7 +258,9 @@ fn unsuitable_references_are_rejected() {
         ("--reference a.png", 2, "a reference is OpenEXR"),
         ("--reference other.exr --reference-spp 64", 2, "cannot be used with"),
         ("--sampler sobol,sobol", 2, "sobol is named twice"),
-        ("--sampler sobol,halton", 2, "unknown sampler \"halton\""),
+        ("--sampler sobol,halton", 2, "unknown sampler \"halton\"; there is \"sobol\", which is pbrt's"),
+        ("--sampler zsobol", 2, "unknown sampler \"zsobol\"; there is \"sobol\", which is pbrt's"),
+        ("--sampler paddedsobol", 2, "unknown sampler \"paddedsobol\"; did you mean \"sobol\"?"),
     ] {
         let output = bench("noise", &format!("{SMALL} {more} --csv n.csv"), folder.path());
         let said = stderr(&output);
@@ -252,6 +271,70 @@ fn unsuitable_references_are_rejected() {
     // Only comparisons of errors take several samplers.
     let output = bench("threads", "--sampler sobol,independent", folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
+#[test]
+fn the_metadata_of_a_reference_are_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |scene: &str, more: &str| {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+        let command = command.current_dir(folder.path()).arg("render").arg(scene);
+        let command = command.args("--headless -q -o r.exr".split(' '));
+        let output = command.args(more.split_whitespace()).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+    };
+    let measure = || {
+        let arguments =
+            "--spp 1 --size 24x18 --seed 5 --repeat 2 --sampler sobol,independent --reference r.exr";
+        bench("noise", arguments, folder.path())
+    };
+    let size = "--spp 1 --size 24x18";
+    for (scene, settings, words) in [
+        (
+            "cover.toml",
+            format!("{size} --seed 6"),
+            "shares samples with measured pictures: sobol with the seed 6",
+        ),
+        (
+            "room.toml",
+            format!("{size} --seed 9"),
+            "the reference r.exr is of another scene: its fingerprint is ",
+        ),
+        ("cover.toml", format!("{size} --seed 9 --filter gaussian"), "its filter is gaussian"),
+        ("cover.toml", format!("{size} --seed 9 --max-depth 1"), "its max depth is 1, not "),
+        ("cover.toml", format!("{size} --seed 9 --integrator whitted"), "is of the integrator whitted"),
+        (
+            "cover.toml",
+            "--spp 1 --size 48x36 --crop 3,4,24,18 --seed 9".to_owned(),
+            "its size is 48x36, not 24x18",
+        ),
+    ] {
+        render(scene, &settings);
+        let output = measure();
+        assert_eq!(output.status.code(), Some(1), "{settings}: {}", stderr(&output));
+        assert!(stderr(&output).contains(words), "{settings}: {}", stderr(&output));
+        assert!(output.stdout.is_empty());
+    }
+    // Negative control, with another integrator of the same expectation. Few samples only cause a warning.
+    render("cover.toml", &format!("{size} --seed 9 --integrator path-naive"));
+    let output = measure();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let said = stderr(&output);
+    assert!(said.contains("about 41.4% to the error at 1; give it 32 or more"), "{said}");
+    assert!(!said.contains("does not state"), "{said}");
+    // A picture of another program has no metadata.
+    exr::prelude::write_rgb_file(folder.path().join("r.exr"), 24, 18, |_, _| (0.1f32, 0.1f32, 0.1f32))
+        .unwrap();
+    let output = measure();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("r.exr does not state: scene, size, crop, filter"),
+        "{}",
+        stderr(&output)
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("Reference: r.exr, unknown samples per pixel"), "{text}");
 }
 
 #[test]
@@ -292,6 +375,7 @@ fn bad_usage_is_explained() {
         ("depth", "--max-depth 3", "--depths"),
         ("depth", "--depths -1", "-1"),
         ("noise", "--spp 64 --reference-spp 64", "too small"),
+        ("noise", "--spp 16 --first-spp 17", "--first-spp 17 is above the largest measured number, 16"),
         ("speed", "", "speed"),
     ] {
         let output = bench(what, arguments, folder.path());

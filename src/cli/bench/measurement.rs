@@ -6,12 +6,15 @@ use crate::cli::events::print_events;
 use crate::cli::failure::{Failure, usage};
 use crate::cli::print::print;
 use crate::cli::stop;
+use crate::film::Identity;
 use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
 use crate::sampling::Region;
-use crate::scene::{Choice, Sampler, Scene, UNLIMITED};
-use crate::session::{self, Devices, Outputs, RenderJob, RenderSettings, Report, Stopping, ViewerSettings};
+use crate::scene::{Choice, Fingerprint, Loaded, Sampler, Scene, Sources, UNLIMITED};
+use crate::session::{
+    self, CPU, Devices, Outputs, RenderJob, RenderSettings, Report, Stopping, ViewerSettings, film_head,
+};
 use crossbeam_channel::Receiver;
 use std::convert::Infallible;
 use std::io::Write;
@@ -51,6 +54,7 @@ pub(super) enum Verbosity {
 pub(super) struct Bench<'a> {
     pub(super) arguments: &'a CommonArguments,
     pub(super) scene: Scene,
+    sources: Sources,
     pub(super) level: Level,
     pub(super) stop: Receiver<Infallible>,
 }
@@ -65,12 +69,12 @@ impl<'a> Bench<'a> {
                 return Err(usage(format!("--csv and --plot are both {}", path.display())));
             }
         }
-        let scene = arguments.scene.load(arguments.quiet)?;
+        let Loaded { scene, sources, .. } = arguments.scene.load_whole(arguments.quiet)?;
         for path in [&arguments.csv, &arguments.plot].into_iter().flatten() {
             check_place(path)?;
         }
         let stop = stop::handler()?;
-        Ok(Bench { arguments, scene, level, stop })
+        Ok(Bench { arguments, scene, sources, level, stop })
     }
 
     /// Renders a variant of the scene; `None` if Ctrl-C was pressed before the end. Warns about rejected samples,
@@ -82,20 +86,31 @@ impl<'a> Bench<'a> {
         threads: NonZeroUsize,
         loudness: Verbosity,
     ) -> Result<Option<Report>, Failure> {
-        let region = Region::whole(scene.film.width, scene.film.height);
-        let settings = RenderSettings {
-            job: RenderJob::new(Arc::new(scene), region),
-            stopping: Stopping::at(spp),
-            devices: Devices::cpu(threads, self.level),
-            outputs: Outputs::default(),
-            view: ViewerSettings { name: self.arguments.scene.name(), ..ViewerSettings::default() },
-        };
+        let settings = self.settings(scene, spp, threads);
         let is_quiet = self.arguments.quiet || loudness == Verbosity::Quiet;
         let report = print_events(is_quiet, |events| session::run(&settings, events, &self.stop))?;
         if report.totals.rejected > 0 {
             self.print_progress(&format!("warning: {} samples were rejected", report.totals.rejected));
         }
         Ok((report.whole && report.totals.spp == spp).then_some(report))
+    }
+
+    fn settings(&self, scene: Scene, spp: u32, threads: NonZeroUsize) -> RenderSettings {
+        let region = Region::whole(scene.film.width, scene.film.height);
+        RenderSettings {
+            job: RenderJob::new(Arc::new(scene), region),
+            stopping: Stopping::at(spp),
+            devices: Devices::cpu(threads, self.level),
+            outputs: Outputs::default(),
+            view: ViewerSettings { name: self.arguments.scene.name(), ..ViewerSettings::default() },
+        }
+    }
+
+    /// The facts that a picture of the scene has in its file.
+    pub(super) fn identity(&self) -> Identity {
+        let mut settings = self.settings(self.scene.clone(), self.arguments.spp, NonZeroUsize::MIN);
+        settings.job.fingerprint = Some(Fingerprint::of(&self.scene, &self.sources));
+        film_head(&settings, CPU).identity
     }
 
     /// Renders briefly, so that processor clocks and caches are warm for the measurement.

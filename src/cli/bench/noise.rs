@@ -7,7 +7,7 @@
 //! at most 1.6% too large at the default R of 32 n.
 
 use super::measurement::{Bench, CommonArguments, Verbosity, counted, threads_or_cores};
-use super::reference;
+use super::reference::{self, FACTOR, Planned};
 use super::statistics::{Fit, fit, standard_error};
 use super::table::{Cell, Table, significant};
 use crate::cli::arguments::samplers;
@@ -31,15 +31,19 @@ use std::path::PathBuf;
         Sampler::listed()
     ))),
     mut_arg("seed", |seed| seed.help("First of the measured seeds, instead of the scene's")),
-    mut_arg("csv", |csv| csv.help("Write the table as comma-separated values, with a header row and all digits")),
-    mut_arg("plot", |plot| plot.help("Write a chart of the errors of all samplers as SVG; whiskers are ± values")),
+    mut_arg("csv", |csv| csv.help(
+        "Write the table and the slopes as comma-separated values, with a header row and all digits"
+    )),
+    mut_arg("plot", |plot| plot.help(
+        "Write a chart of the RMS errors of all samplers as SVG, with slopes in the legend; whiskers are ± values"
+    )),
     after_help = AFTER_HELP
 )]
 pub(super) struct NoiseArguments {
     #[command(flatten)]
     common: CommonArguments,
-    /// Picture to compare with, instead of rendering a reference: OpenEXR, of the size of the film, with the same
-    /// camera and filter, another seed, and many times the samples
+    /// Picture to compare with, instead of rendering a reference: OpenEXR, of the same scene, size, filter and depth,
+    /// another seed, and at least 32 times as many samples as the largest measured number
     #[arg(long, value_name = "FILE.exr", conflicts_with = "reference_spp")]
     reference: Option<PathBuf>,
     /// Samples per pixel of the rendered reference [default: 32 times the largest measured number]
@@ -48,6 +52,9 @@ pub(super) struct NoiseArguments {
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
         help = format!("Rendering threads, 1 to {MOST_THREADS} [default: one per core]"))]
     threads: Option<u16>,
+    /// Number of samples per pixel from which the line is fitted, rounded up to a power of two
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    first_spp: u32,
     /// Number of independent seeds, which count up from the first; several are needed for ±
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
@@ -55,19 +62,22 @@ pub(super) struct NoiseArguments {
 
 const AFTER_HELP: &str = "\
 Figures:
-  RMS error           Root of the mean squared difference from the reference, over
-                      pixels, channels and seeds, in the scene's unit of radiance.
+  RMS error           Root of the mean squared difference from the reference,
+                      over pixels, channels and seeds, in the scene's unit of
+                      radiance.
   Error × √samples    Constant while the error falls as 1/√samples.
-  Without worst 0.5%  RMS error without the pixels of the largest errors, which are
-                      chosen anew for each picture.
+  Local slope         Slope of log(error) over log(samples) from the row above.
+  Without worst 0.5%  RMS error without the pixels of the largest errors, which
+                      are chosen anew for each picture. Its slope is biased
+                      where errors have heavy tails.
   Slope               Slope of the straight line fitted to log(error) over
-                      log(samples); −0.5 for independent samples.
-  R²                  Share of the variation of log(error) that the line explains.
-  ±                   Standard error over the seeds (jackknife); the error of the
-                      reference, which all seeds share, is not included.";
-
-/// Samples of the reference per sample of the largest measured picture.
-const REFERENCE_FACTOR: u32 = 32;
+                      log(samples), from --first-spp on. For all pixels it is
+                      −0.5 on average with independent samples.
+  R²                  Share of the variation of log(error) that the line
+                      explains.
+  ±                   Standard error over the seeds (jackknife). It covers
+                      neither the error of the reference, which all seeds
+                      share, nor the misfit of the line.";
 
 /// Mean squared errors of radiance in one picture.
 #[derive(Clone, Copy, Debug)]
@@ -120,22 +130,60 @@ struct Slope {
     deviation: Option<f64>,
 }
 
-fn slope(rows: &[Measured], which: Which) -> Option<Slope> {
-    let fit = |left_out| fit(rows.iter().map(|row| (row.spp.into(), row.root(which, left_out))));
+/// The slope of all errors from `first` samples per pixel on.
+fn slope(rows: &[Measured], first: u32, which: Which) -> Option<Slope> {
+    let fitted = || rows.iter().filter(|row| row.spp >= first);
+    let fit = |left_out| fit(fitted().map(|row| (row.spp.into(), row.root(which, left_out))));
     let seeds = rows.first().map_or(0, |row| row.squares.len());
     let deviation = standard_error(seeds, |seed| fit(Some(seed)).map(|fit| fit.slope));
     Some(Slope { fit: fit(None)?, deviation })
+}
+
+/// The slope of the errors of all pixels between two rows; `None` if there is no error in one.
+fn local_slope(before: &Measured, row: &Measured) -> Option<Estimate> {
+    let slope = |left_out| {
+        let fall = row.root(ALL, left_out) / before.root(ALL, left_out);
+        let slope = fall.ln() / (f64::from(row.spp) / f64::from(before.spp)).ln();
+        slope.is_finite().then_some(slope)
+    };
+    let deviation = standard_error(row.squares.len(), |seed| slope(Some(seed)));
+    Some(Estimate { value: slope(None)?, deviation })
+}
+
+/// The errors of a sampler: its rows, and the slopes of all pixels and without the worst ones.
+#[derive(Debug)]
+struct Curve {
+    rows: Vec<Measured>,
+    slopes: [Option<Slope>; 2],
+}
+
+impl Curve {
+    fn new(rows: Vec<Measured>, first: u32) -> Curve {
+        let slopes = [ALL, REST].map(|which| slope(&rows, first, which));
+        Curve { rows, slopes }
+    }
+
+    fn name(&self) -> &'static str {
+        self.rows.first().map_or("", |row| row.sampler.name())
+    }
 }
 
 pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
     let spp = arguments.common.spp;
     let steps: Vec<u32> = (0..32).map(|power| 1 << power).take_while(|&step| step <= spp).collect();
     let most = steps.last().copied().unwrap_or(1);
-    let reference_spp = arguments.reference_spp.unwrap_or(most * REFERENCE_FACTOR);
+    let reference_spp = arguments.reference_spp.unwrap_or(most * FACTOR);
     if reference_spp <= most {
         return Err(usage(format!(
             "--reference-spp {reference_spp} is too small for {}; set it to many times as many",
             counted(most.into(), "sample per pixel", "samples per pixel")
+        )));
+    }
+    let first = arguments.first_spp.next_power_of_two();
+    if first > most {
+        return Err(usage(format!(
+            "--first-spp {} is above the largest measured number, {most}",
+            arguments.first_spp
         )));
     }
     if let Some(path) = &arguments.reference {
@@ -143,35 +191,39 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
     }
     let bench = Bench::open(&arguments.common)?;
     let threads = threads_or_cores(arguments.threads);
-    let (reference, source) = match &arguments.reference {
-        Some(path) => (Some(reference::read(path, &bench)?), format!("reference {}", path.display())),
-        None => {
-            let picture = reference::render(&bench, reference_spp, threads)?;
-            (picture, format!("reference of {reference_spp} samples per pixel"))
-        }
-    };
     let samplers = arguments.common.scene.samplers().unwrap_or_else(|| vec![bench.scene.render.sampler]);
-    // By sampler: their rows.
-    let rows = match &reference {
-        Some(reference) => measure(&bench, arguments, &samplers, &steps, reference)?,
-        None => Vec::new(),
+    let (first_seed, seeds) = (bench.scene.render.seed, arguments.repeat);
+    let planned = Planned { samplers: &samplers, first_seed, seeds, most };
+    let reference = match &arguments.reference {
+        Some(path) => Some(reference::read(path, &bench, planned)?),
+        None => reference::render(&bench, reference_spp, planned, threads)?,
+    };
+    let (curves, source) = match &reference {
+        Some(reference) => {
+            let rows = measure(&bench, arguments, &samplers, &steps, &reference.picture)?;
+            let curves = rows.into_iter().map(|rows| Curve::new(rows, first)).collect();
+            (curves, format!("Reference: {}", reference.about))
+        }
+        None => (Vec::new(), String::new()),
     };
 
-    let seeds = counted(arguments.repeat.into(), "seed", "seeds");
-    let circumstances = bench.circumstances_of(&samplers, &[bench.depth(), source, seeds.clone()]);
-    let slopes: Vec<_> = rows.iter().map(|rows| [slope(rows, ALL), slope(rows, REST)]).collect();
-    let mut remarks = "\n".to_owned();
-    for (rows, [all, rest]) in rows.iter().zip(&slopes) {
-        let name = rows.first().map_or("", |row| row.sampler.name());
-        let [all, rest] = [all, rest].map(|slope| describe_slope(*slope));
-        remarks += &format!("Slope of {name} on logarithmic axes: {all}; {WITHOUT_WORST}: {rest}\n");
+    let seeds = counted(seeds.into(), "seed", "seeds");
+    let circumstances = bench.circumstances_of(&samplers, &[bench.depth(), seeds.clone()]);
+    let mut remarks = format!("\n{source}\n");
+    for curve in &curves {
+        let [all, rest] = curve.slopes.map(describe_slope);
+        let last = curve.rows.last().map_or(most, |row| row.spp);
+        let from = format!("{} from {first} to {last} samples", curve.name());
+        remarks += &format!("Slope of {from}: {all}; {WITHOUT_WORST}: {rest}\n");
     }
     remarks += &match arguments.repeat {
         1 => "There is no ± with --repeat 1: it is the standard error over several seeds.\n".to_owned(),
-        _ => format!("± is the standard error over {seeds}, without the error of the reference.\n"),
+        _ => format!(
+            "± is the standard error over {seeds}, without the error of the reference and the misfit of the line.\n"
+        ),
     };
-    let chart = chart(&rows, &slopes, &circumstances);
-    bench.publish(&circumstances, &table(&rows), &remarks, &chart)
+    let chart = chart(&curves, &format!("{circumstances}\n{source}"));
+    bench.publish(&circumstances, &table(&curves, first), &remarks, &chart)
 }
 
 const WITHOUT_WORST: &str = "without the worst 0.5% of pixels";
@@ -216,27 +268,52 @@ fn describe(Estimate { value, deviation }: Estimate) -> String {
     deviation.map_or_else(|| value.clone(), |deviation| format!("{value} ± {}", significant(deviation, 2)))
 }
 
-fn table(rows: &[Vec<Measured>]) -> Table {
+/// "−0.501 ± 0.002".
+fn describe_exponent(Estimate { value, deviation }: Estimate) -> String {
+    let deviation = deviation.map_or_else(String::new, |deviation| format!(" ± {deviation:.3}"));
+    format!("{value:.3}{deviation}").replace('-', "−")
+}
+
+/// One row for each sampler and number of samples. The slopes are in all rows of the sampler.
+fn table(curves: &[Curve], first: u32) -> Table {
     let mut table = Table::new(&[
         ("Sampler", "sampler"),
         ("Samples", "spp"),
         ("RMS error", "rms_error"),
         ("", "rms_error_standard_error"),
         ("Error × √samples", "rms_error_times_root_spp"),
+        ("Local slope", "local_slope"),
+        ("", "local_slope_standard_error"),
         ("Without worst 0.5%", "rms_error_without_worst"),
         ("", "rms_error_without_worst_standard_error"),
-        ("Error × √samples", "rms_error_without_worst_times_root_spp"),
+        ("", "rms_error_without_worst_times_root_spp"),
+        ("", "slope_from_spp"),
+        ("", "slope"),
+        ("", "slope_standard_error"),
+        ("", "slope_without_worst"),
+        ("", "slope_without_worst_standard_error"),
     ]);
-    for row in rows.iter().flatten() {
-        let mut cells = vec![Cell::word(row.sampler.name()), Cell::count(row.spp)];
-        for which in [ALL, REST] {
-            let error = row.error(which);
-            let scaled = error.value * f64::from(row.spp).sqrt();
-            cells.push(Cell::new(describe(error), error.value));
-            cells.push(error.deviation.map_or_else(Cell::nothing, |deviation| Cell::new("", deviation)));
-            cells.push(Cell::new(significant(scaled, 4), scaled));
+    let number = |value: Option<f64>| value.map_or_else(Cell::nothing, |value| Cell::new("", value));
+    for curve in curves {
+        for (i, row) in curve.rows.iter().enumerate() {
+            let errors = |which: Which| {
+                let error = row.error(which);
+                let scaled = error.value * f64::from(row.spp).sqrt();
+                let shown = Cell::new(describe(error), error.value);
+                [shown, number(error.deviation), Cell::new(significant(scaled, 4), scaled)]
+            };
+            let local = i.checked_sub(1).and_then(|before| local_slope(&curve.rows[before], row));
+            let shown = |local: Estimate| Cell::new(describe_exponent(local), local.value);
+            let local = [local.map_or_else(Cell::nothing, shown), number(local.and_then(|l| l.deviation))];
+            let mut cells = vec![Cell::word(row.sampler.name()), Cell::count(row.spp)];
+            cells.extend(errors(ALL).into_iter().chain(local).chain(errors(REST)));
+            cells.push(Cell::count(first));
+            for slope in curve.slopes {
+                cells.push(number(slope.map(|slope| slope.fit.slope)));
+                cells.push(number(slope.and_then(|slope| slope.deviation)));
+            }
+            table.push(cells);
         }
-        table.push(cells);
     }
     table
 }
@@ -244,41 +321,37 @@ fn table(rows: &[Vec<Measured>]) -> Table {
 /// "−0.501 ± 0.002 (R² 0.9998)".
 fn describe_slope(slope: Option<Slope>) -> String {
     let Some(Slope { fit: Fit { slope, explained }, deviation }) = slope else {
-        return "none: fewer than three errors are above zero".to_owned();
+        return "none, because a line needs three errors above zero".to_owned();
     };
-    let deviation = deviation.map_or_else(String::new, |deviation| format!(" ± {deviation:.3}"));
-    format!("{slope:.3}{deviation} (R² {explained:.4})").replace('-', "−")
+    format!("{} (R² {explained:.4})", describe_exponent(Estimate { value: slope, deviation }))
 }
 
-fn chart(rows: &[Vec<Measured>], slopes: &[[Option<Slope>; 2]], circumstances: &str) -> Chart {
-    let named = |name: String, slope: Option<Slope>| match slope {
-        Some(Slope { fit, .. }) => format!("{name}: slope {:.3}", fit.slope).replace('-', "−"),
-        None => name,
-    };
-    let curve = |label: String, rows: &[Measured], which: Which| {
+/// A chart of the errors of all pixels. Without the worst pixels slopes are biased, so that chart and table would seem to
+/// disagree.
+fn chart(curves: &[Curve], circumstances: &str) -> Chart {
+    let measured = |curve: &Curve| {
         let point = |row: &Measured| {
-            let Estimate { value: y, deviation } = row.error(which);
+            let Estimate { value: y, deviation } = row.error(ALL);
             // A whisker down to zero has no end on a logarithmic axis.
             let range =
                 deviation.filter(|deviation| *deviation < y).map(|deviation| [y - deviation, y + deviation]);
             Point { range, ..Point::at(row.spp.into(), y) }
         };
-        Series { label, points: rows.iter().map(point).collect(), style: Style::Measured }
+        let slope =
+            curve.slopes[0].map(|slope| Estimate { value: slope.fit.slope, deviation: slope.deviation });
+        let slope = slope.map(|slope| format!(": slope {}", describe_exponent(slope)));
+        let label = format!("{}{}", curve.name(), slope.unwrap_or_default());
+        Series { label, points: curve.rows.iter().map(point).collect(), style: Style::Measured }
     };
-    let mut series = Vec::new();
-    for (rows, [all, rest]) in rows.iter().zip(slopes) {
-        let name = rows.first().map_or("", |row| row.sampler.name());
-        series.push(curve(named(format!("{name}, all pixels"), *all), rows, ALL));
-        series.push(curve(named(format!("{name}, without the worst 0.5%"), *rest), rows, REST));
-    }
+    let mut series: Vec<Series> = curves.iter().map(measured).collect();
     // Beside the highest curve, so that neither hides the other, and across the whole chart. Its height is the
     // curve's mean on these axes, so that neither end appears as the reference.
-    let level = |rows: &Vec<Measured>| {
+    let level = |Curve { rows, .. }: &Curve| {
         let logarithm = |row: &Measured| (row.error(ALL).value * f64::from(row.spp).sqrt()).ln();
         (rows.iter().map(logarithm).sum::<f64>() / rows.len() as f64).exp()
     };
-    let steps = rows.iter().flatten().map(|row| f64::from(row.spp));
-    let level = 1.15 * rows.iter().map(level).fold(0.0, f64::max);
+    let steps = curves.iter().flat_map(|curve| &curve.rows).map(|row| f64::from(row.spp));
+    let level = 1.15 * curves.iter().map(level).fold(0.0, f64::max);
     if let (Some(first), Some(last)) = (steps.clone().min_by(f64::total_cmp), steps.max_by(f64::total_cmp)) {
         let at = |spp: f64| spp.sqrt().recip();
         let ends = [(first / 4.0, 2.0 * at(first)), (last * 4.0, at(last) / 2.0)];

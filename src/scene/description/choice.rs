@@ -1,6 +1,6 @@
 //! Named choices, for scene files and command lines.
 
-use crate::scene::spelling;
+use crate::scene::{spelling, synonyms};
 use std::mem::discriminant;
 
 /// A named choice. Readers, schema, messages and the program's help all follow its list of names.
@@ -27,11 +27,12 @@ pub trait Choice: Copy + 'static {
         Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, choice)| *choice)
     }
 
-    /// The choice with this name, or a message with the nearest name.
+    /// The choice with this name, or a message with the counterpart of another program's name or the nearest name.
     fn of_name(name: &str) -> Result<Self, String> {
         Self::find(name).ok_or_else(|| {
             let message = spelling::unknown(Self::WHAT, name);
-            match spelling::instead(name, Self::names()) {
+            let advice = synonyms::advice(Self::WHAT, name).map(str::to_owned);
+            match advice.or_else(|| spelling::instead(name, Self::names())) {
                 Some(help) => format!("{message}; {help}"),
                 None => message,
             }

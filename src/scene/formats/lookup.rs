@@ -8,7 +8,11 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Checks that `path` can be read. The error suggests a file with a similar name, if there is one.
+/// The extensions of scenes of other programs.
+const FOREIGN: [&str; 8] = ["pbrt", "blend", "usd", "usda", "usdc", "usdz", "fbx", "abc"];
+
+/// Checks that `path` exists and is of no foreign format. The error about a missing file suggests one with a similar
+/// name, if there is one.
 pub(super) fn present(path: &Path) -> Result<(), SceneErrors> {
     let fail = |message: &str, help: Option<String>| Err(SceneErrors::one(path, None, message.into(), help));
     match fs::metadata(path) {
@@ -32,8 +36,9 @@ fn is_scene(path: &Path) -> Result<(), SceneErrors> {
         let shape = format!("shape = {{ type = \"mesh\", file = {} }}", spelling::quote(&name));
         return fail("this is a mesh", format!("write a scene with an entity that has {shape}"));
     }
-    if ["pbrt", "blend", "usd", "usda", "usdc", "usdz", "fbx", "abc"].contains(&&*extension) {
-        return fail("this format is not read", "scenes are .toml or Mitsuba's .xml".into());
+    if FOREIGN.contains(&&*extension) {
+        let formats = format!("the formats are {} ({})", Format::names(), Format::extensions().join(", "));
+        return fail("this format is not read", formats);
     }
     Ok(())
 }

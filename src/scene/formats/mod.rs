@@ -86,6 +86,18 @@ mod tests {
     }
 
     #[test]
+    fn scene_files_of_pbrt_are_refused_by_their_extension() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, is_refused) in [("a.pbrt", true), ("a.PBRT", true), ("pbrt", false), ("a.txt", false)] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, "LookAt 0 0 5").unwrap();
+            let said = load(&path).unwrap_err().to_string();
+            let told = "this format is not read; the formats are TOML, or Mitsuba's XML (.toml, .xml)";
+            assert_eq!(said.ends_with(told), is_refused, "{said}");
+        }
+    }
+
+    #[test]
     fn options_are_unsuitable_for_files_without_choices() {
         let defines = vec![("spp".to_owned(), "3".to_owned())];
         let variable = LoadOptions { defines, ..LoadOptions::default() };

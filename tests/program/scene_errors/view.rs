@@ -243,7 +243,7 @@ integrator = "photon-map"
 broken!(
     sampler_unknown,
     "[render]\nsampler = \"halton\"\n",
-    [r#"2:11: unknown sampler "halton"; valid here: "sobol", "independent""#]
+    [r#"2:11: unknown sampler "halton"; there is "sobol", which is pbrt's paddedsobol, and "independent""#]
 );
 broken!(no_samples, "[render]\nsamples = 0\n", ["2:11: samples must be from 1 to 4294967295, not 0"]);
 broken!(

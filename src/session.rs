@@ -125,11 +125,6 @@ impl Prepared<'_> {
         CompiledScene(self.pool.integrator())
     }
 
-    /// The description of the devices, as in the header of the film.
-    pub fn device(&self) -> String {
-        self.pool.description()
-    }
-
     /// Also sends every sample of this run, each (pixel, sample) once and in any order. The render waits until they are
     /// received, and ends if their channel is closed. [`Outputs::sends_samples`] must be set.
     pub fn sending(self, samples: Sender<Vec<Sample>>) -> Self {

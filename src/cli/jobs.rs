@@ -5,7 +5,7 @@ use super::failure::{Failure, usage};
 use super::print::print;
 use super::stop;
 use super::submit::OutputArguments;
-use crate::fleet::{self, JobSummary};
+use crate::fleet::{self, JobSummary, Notice};
 use clap::Subcommand;
 
 #[derive(Debug, clap::Args)]
@@ -86,7 +86,13 @@ pub(super) fn run(arguments: &JobsArguments) -> Result<(), Failure> {
             let (stop, mut notices) = (stop::handler()?, Notices::new(false));
             fleet::watch(&broker.server(), job, &stop, &mut |notice| notices.tell(notice))?;
         }
-        JobsCommand::Cancel { job, broker } => fleet::cancel(&broker.server(), job)?,
+        JobsCommand::Cancel { job, broker } => {
+            if let Some(collector) = fleet::cancel(&broker.server(), job)? {
+                Notices::new(false).tell(Notice::Line(format!(
+                    "the collector {collector} writes the samples so far; if it has died, remove the job with stride jobs remove {job}"
+                )));
+            }
+        }
         JobsCommand::Remove { job, broker } => fleet::remove(&broker.server(), job)?,
         JobsCommand::Collect { job, outputs, broker, quiet } => {
             let collecting = outputs.collecting(None);

@@ -17,8 +17,8 @@ pub(super) struct SubmitArguments {
     job: JobArguments,
     #[command(flatten)]
     broker: BrokerArguments,
-    /// Return as soon as the job is on the server; collect it with stride jobs collect
-    #[arg(long)]
+    /// Return as soon as the job is on the server; collect it with stride jobs collect, which has the options of outputs
+    #[arg(long, conflicts_with_all = ["outputs", "film", "checkpoint"])]
     detach: bool,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct WorkArguments {
     #[arg(long, value_name = "DEVICE", value_parser = device, default_value = "cpu")]
     device: DeviceChoice,
     /// Name of this worker, unique among the workers of the server [default: the machine's name and a random part]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = clap::builder::NonEmptyStringValueParser::new())]
     name: Option<String>,
     /// Folder with the files of scenes [default: stride in the user's cache folder]
     #[arg(long, value_name = "FOLDER")]

@@ -8,7 +8,7 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `settings` | what the caller asks for |
+//! | `settings` | servers, logins, jobs and workers as the caller states them |
 //! | `error` | errors |
 //! | `enabled` | the room |
 

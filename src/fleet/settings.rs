@@ -1,4 +1,4 @@
-//! What the caller asks for.
+//! Servers, logins, jobs and workers as the caller states them.
 
 use crate::output::Progress;
 use crate::session::DeviceChoice;

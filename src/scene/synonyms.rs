@@ -168,8 +168,7 @@ pub(super) fn advice(what: &str, word: &str) -> Option<&'static str> {
     let word = plain(word);
     let stem = ENDINGS.iter().find_map(|ending| word.strip_suffix(ending));
     let is_meant = |theirs: &&str| *theirs == word || Some(*theirs) == stem;
-    let found =
-        OTHERS.iter().find(|(family, words, _)| *family == what && words.iter().any(|w| is_meant(&w)));
+    let found = OTHERS.iter().find(|(family, words, _)| *family == what && words.iter().any(is_meant));
     found.map(|(_, _, advice)| *advice)
 }
 

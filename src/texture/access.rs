@@ -1,7 +1,7 @@
 //! Which files the readers of a scene open, and which they may open.
 //!
 //! A caller that sends a scene elsewhere needs the list of its files. A caller that loads a scene that it does not trust
-//! confines the readers to a folder. All readers of files call [`opening`] first. Readers run on the caller's thread, so
+//! confines the readers to a folder. All readers of files call `opening` first. Readers run on the caller's thread, so
 //! that one load does not affect another.
 
 use std::cell::RefCell;
@@ -60,7 +60,7 @@ mod tests {
         let watch = |root| watched(root, || [&a, &b, &a].map(|path| opening(path).is_ok())).unwrap();
         assert_eq!(watch(None), ([true; 3], vec![a.clone(), b.clone()]));
         assert!(opening(&a).is_ok());
-        assert_eq!(watched(None, || ()).unwrap().1, [PathBuf::new(); 0]);
+        assert!(watched(None, || ()).unwrap().1.is_empty());
     }
 
     #[test]

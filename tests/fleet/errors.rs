@@ -195,3 +195,27 @@ fn tls_needs_the_right_certificate() {
     let (success, said) = list(&[]);
     assert!(!success && said.contains("cannot connect to tls://"), "{said}");
 }
+
+#[test]
+fn options_that_cannot_be_meant_are_errors_of_the_command_line() {
+    // Without a server: nothing is connected.
+    let place = Place::without_server();
+    let scene = cover();
+    let refused = [
+        &["work", "--name", ""][..],
+        &["submit", &scene, "--detach", "-o", "x.exr"],
+        &["submit", &scene, "--detach", "--film", "x.film"],
+        &["submit", &scene, "--detach", "--checkpoint", "5s"],
+    ];
+    for arguments in refused {
+        let output = place.run(arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        let names = arguments.iter().any(|it| it.starts_with("--") && said.contains(*it));
+        assert!(output.status.code() == Some(2) && names, "{arguments:?}: {said}");
+    }
+    // Negative control: the server is looked for.
+    for arguments in [&["work", "--name", "w"][..], &["submit", &scene, "--detach"]] {
+        let said = place.fail(arguments);
+        assert!(said.contains("nothing listens there"), "{arguments:?}: {said}");
+    }
+}

@@ -40,9 +40,13 @@ fn jobs_are_rendered_by_priority_cancelled_and_extended() {
     // The other job, with a collector, is cancelled.
     let mut collecting = place.watch(&["jobs", "collect", &low, "-o", "low.exr", "--checkpoint", "100ms"]);
     collecting.wait_for(&format!("low-{low}.film"), |film| film.exists());
+    // Otherwise a fast worker could complete the job before.
+    signal("STOP", &worker.0);
     assert!(place.fail(&["jobs", "remove", &low]).contains("jobs cancel"));
-    place.succeed(&["jobs", "cancel", &low]);
+    let (_, said) = place.succeed(&["jobs", "cancel", &low]);
+    assert!(said.contains("writes the samples so far") && said.contains("jobs remove"), "{said}");
     let (code, said) = collecting.end();
+    signal("CONT", &worker.0);
     assert!(
         code == Some(1) && said.contains("was cancelled; the samples so far have been written"),
         "{said}"

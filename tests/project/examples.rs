@@ -2,7 +2,7 @@
 
 #[allow(dead_code, unreachable_pub, reason = "a program, of which a part is called here")]
 #[path = "../../examples/buffer.rs"]
-mod buffer;
+pub(super) mod buffer;
 #[allow(dead_code, unreachable_pub, reason = "a program, of which a part is called here")]
 #[path = "../../examples/histogram.rs"]
 mod histogram;

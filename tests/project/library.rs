@@ -1,9 +1,6 @@
 //! The interface for programs, from outside: this crate uses only public items.
 
-#[allow(dead_code, unreachable_pub, reason = "a program, of which a part is called here")]
-#[path = "../../examples/buffer.rs"]
-mod buffer;
-
+use super::examples::buffer;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

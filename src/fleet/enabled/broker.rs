@@ -210,6 +210,11 @@ impl Broker {
         self.client.max_payload().saturating_sub(OVERHEAD).clamp(1, MOST_PART)
     }
 
+    /// The most bytes of a message.
+    pub(super) fn message_bytes(&self) -> usize {
+        self.client.max_payload()
+    }
+
     /// Stores a message. If `expected` is given, the last message on the subject must have this number; 0 is none.
     pub(super) fn store(
         &self,
@@ -390,8 +395,8 @@ impl Broker {
         Ok(self.queue(job)?.map(counts))
     }
 
-    /// A unit from a queue, if one waits.
-    pub(super) fn take(&self, queue: &Queue) -> Result<Option<Delivery>, FleetError> {
+    /// A unit from a queue, if one waits; an error in its place if it is malformed, and thus removed.
+    pub(super) fn take(&self, queue: &Queue) -> Result<Option<Result<Delivery, FleetError>>, FleetError> {
         let taken = self.wait(async {
             let mut batch =
                 queue.0.fetch().max_messages(1).messages().await.map_err(|error| error.to_string())?;
@@ -399,11 +404,11 @@ impl Broker {
         })?;
         let Some(message) = taken else { return Ok(None) };
         match Unit::parse(&message.payload) {
-            Ok(unit) => Ok(Some(Delivery { unit, message })),
+            Ok(unit) => Ok(Some(Ok(Delivery { unit, message }))),
             Err(error) => {
                 // It would be delivered forever.
                 self.wait(message.ack_with(AckKind::Term))?;
-                Err(error)
+                Ok(Some(Err(error)))
             }
         }
     }

@@ -5,6 +5,7 @@ use super::collector::{Collector, Step};
 use super::gathering::Gathering;
 use super::job::{Job, Lease, machine, unique};
 use super::mail::{JobMail, Mail, modify};
+use super::notes::Notes;
 use super::renderer::Renderer;
 use super::scene_files::{Cache, forget};
 use super::unit::{Beat, Unit};
@@ -12,7 +13,8 @@ use super::{Stop, Tell};
 use crate::api::Render;
 use crate::fleet::{Collecting, FleetError, JobState, Notice, Server};
 use crate::session::{DeviceChoice, RenderSettings};
-use crossbeam_channel::{RecvTimeoutError, bounded, never};
+use crossbeam_channel::{RecvTimeoutError, bounded};
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -35,7 +37,8 @@ pub(super) enum OnStop {
 }
 
 /// Collects the results of a job until it is complete or cancelled, and writes the outputs. Continues from the film of an
-/// earlier collector. On a request to stop, the checkpoint is written and the job continues without a collector.
+/// earlier collector. On a request to stop, the checkpoint is written and the job continues without a collector, which is
+/// an error because the outputs are not written.
 pub fn collect(
     server: &Server,
     id: &str,
@@ -46,7 +49,7 @@ pub fn collect(
     let broker = Broker::connect(server)?;
     let (job, _) = JobMail { broker: &broker, id }.job()?;
     let cache = Cache::open(&collecting.cache, u64::MAX)?;
-    let Some(loaded) = patiently(stop, tell, || cache.load(&broker, &job))? else { return Ok(()) };
+    let loaded = patiently(stop, tell, || cache.load(&broker, &job))?.ok_or_else(|| stopped(id))?;
     let render = job.settings.render(loaded)?;
     collect_job(&broker, &job, render, (collecting, OnStop::Leave), stop, tell)
 }
@@ -82,13 +85,48 @@ pub(super) fn collect_job(
     let settings = with_outputs(render.clone(), job, collecting).settings()?;
     job.check(&settings)?;
     let owner = format!("{}-{}", machine(), unique("c"));
-    let Some(()) = acquire(&JobMail { broker, id: &job.id }, &owner, stop, tell)? else { return Ok(()) };
-    std::thread::scope(|scope| {
+    let mail = JobMail { broker, id: &job.id };
+    let before = acquire(&mail, &owner, stop, tell)?.ok_or_else(|| stopped(&job.id))?;
+    let collected = std::thread::scope(|scope| {
         let (_open, done) = bounded(0);
-        let keeper = owner.clone();
-        scope.spawn(move || keep_lease(broker, job, &keeper, &done));
-        collect_owned(broker, job, (render, settings, owner), (collecting, on_stop), stop, tell)
+        let owner = &owner;
+        scope.spawn(move || keep_lease(broker, job, owner, &done));
+        collect_owned(broker, job, (render, settings, owner.clone()), (collecting, on_stop), stop, tell)
+    });
+    if collected.is_err() {
+        // Otherwise the next collector waits. If it fails, it does so.
+        let _ = give_up(&mail, &owner, before);
+    }
+    collected
+}
+
+/// The state of a job and its number of samples per pixel, before its lease was taken.
+#[derive(Clone, Copy)]
+struct Before {
+    state: JobState,
+    target: u32,
+}
+
+/// Gives the lease back after an error, if it is ours.
+fn give_up(mail: &impl Mail, owner: &str, before: Before) -> Result<(), FleetError> {
+    modify(mail, |job| {
+        if job.is_collected_by(owner) {
+            job.collector = None;
+            // It may have been extended or cancelled meanwhile.
+            if job.state == JobState::Open && job.target == before.target {
+                job.state = before.state;
+            }
+        }
+        Ok(())
     })
+    .map(drop)
+}
+
+/// The error of a collector that was asked to stop.
+fn stopped(id: &str) -> FleetError {
+    FleetError::Job(format!(
+        "stopped; job {id} continues on the server: collect it with stride jobs collect {id}, or end it with stride jobs cancel {id}"
+    ))
 }
 
 /// Renews the lease until `done` closes, however long a step of the collector takes.
@@ -117,6 +155,8 @@ fn collect_owned(
     let folder = tempfile::Builder::new().prefix("stride-collect-").tempdir();
     let folder = folder.map_err(|reason| FleetError::File { path: std::env::temp_dir(), reason })?;
     let mut renderer = None;
+    // Whether the judge was stopped: its results are still on the server.
+    let is_interrupted = Cell::new(false);
     let is_cpu = job.device.choice() == DeviceChoice::Cpu;
     let mut judge = |unit: &Unit| {
         if !is_cpu {
@@ -126,7 +166,13 @@ fn collect_owned(
             Some(renderer) => renderer,
             none => none.insert(Renderer::new(render.clone())?),
         };
-        Ok(renderer.render(&unit.range(), &never(), |_| ())?.map(|film| film.digest))
+        match renderer.render(&unit.range(), stop, |_| ())? {
+            Some(film) => Ok(Some(film.digest)),
+            None => {
+                is_interrupted.set(true);
+                Err(stopped(&job.id))
+            }
+        }
     };
     let heard = broker.listen(format!("stride.beat.{}.*", job.id))?;
     let notes = broker.listen(format!("stride.note.{}", job.id))?;
@@ -135,19 +181,13 @@ fn collect_owned(
     let mut collector = Collector::new(&mail, owner, gathering, place, &mut judge)?;
     let start = Instant::now();
     let mut is_answering = true;
-    let mut said: Vec<String> = Vec::new();
+    let mut shown = Notes::default();
     let end = loop {
         let now = start.elapsed();
         heard.try_iter().filter_map(|text| Beat::parse(&text)).for_each(|beat| {
             collector.hear(beat, now);
         });
-        for note in notes.try_iter().map(|text| String::from_utf8_lossy(&text).into_owned()) {
-            // A worker says it again with each attempt.
-            if said.len() < 100 && !said.contains(&note) {
-                tell(Notice::Line(note.clone()));
-                said.push(note);
-            }
-        }
+        notes.try_iter().filter_map(|text| shown.take(&text)).for_each(|line| tell(Notice::Line(line)));
         let step = collector.step(now);
         collector.take_notes().into_iter().for_each(|note| tell(Notice::Line(note)));
         let pause = match step {
@@ -160,6 +200,7 @@ fn collect_owned(
                 }
                 LONG_PAUSE
             }
+            Err(_) if is_interrupted.get() => Duration::ZERO,
             Err(error) => return Err(error),
         };
         if pause < LONG_PAUSE && !std::mem::replace(&mut is_answering, true) {
@@ -173,11 +214,11 @@ fn collect_owned(
                     // There is no other collector, and the server may have ended.
                     let is_written = collector.gathering().write(|| Ok(()))?;
                     say_written(&collector, collecting, is_written, tell);
-                    if !is_written {
-                        tell(Notice::Line("stopped before the first result".to_owned()));
-                    }
                     collector.gathering().remove_checkpoint();
-                    Ok(())
+                    match is_written {
+                        true => Ok(()),
+                        false => Err(FleetError::Job("stopped before the first result".to_owned())),
+                    }
                 }
             };
         }
@@ -209,7 +250,8 @@ fn patiently<T>(
 }
 
 /// Takes the lease. If another collector has it, waits until it is no longer renewed. Returns nothing on a request to stop.
-fn acquire(mail: &impl Mail, owner: &str, stop: &Stop, tell: Tell<'_>) -> Result<Option<()>, FleetError> {
+fn acquire(mail: &impl Mail, owner: &str, stop: &Stop, tell: Tell<'_>) -> Result<Option<Before>, FleetError> {
+    let mut before = None;
     let mut seen: Option<(Lease, Instant)> = None;
     let mut read = Instant::now();
     loop {
@@ -223,7 +265,7 @@ fn acquire(mail: &impl Mail, owner: &str, stop: &Stop, tell: Tell<'_>) -> Result
         }
         // An answer may have been lost.
         if job.collector.as_ref().is_some_and(|lease| lease.owner == owner) {
-            return Ok(Some(()));
+            return Ok(Some(before.unwrap_or(Before { state: JobState::Open, target: job.target })));
         }
         if let Some(lease) = &job.collector {
             match &seen {
@@ -246,13 +288,15 @@ fn acquire(mail: &impl Mail, owner: &str, stop: &Stop, tell: Tell<'_>) -> Result
             }
         }
         if job.collector.is_none() {
+            let found = Before { state: job.state, target: job.target };
+            before = Some(found);
             job.collector = Some(Lease { owner: owner.to_owned(), renewed: 0 });
             if job.state == JobState::Done {
                 job.state = JobState::Open;
             }
             match patiently(stop, tell, || mail.replace(&job, number))? {
                 None => return Ok(None),
-                Some(Some(_)) => return Ok(Some(())),
+                Some(Some(_)) => return Ok(Some(found)),
                 Some(None) => seen = None,
             }
             continue;
@@ -263,22 +307,18 @@ fn acquire(mail: &impl Mail, owner: &str, stop: &Stop, tell: Tell<'_>) -> Result
     }
 }
 
-/// Leaves a job that goes on without a collector.
+/// Leaves a job that goes on without a collector. The error says so, since the outputs have not been written.
 fn suspend<M: Mail>(
     collector: &mut Collector<'_, M>,
     id: &str,
     now: Duration,
     tell: Tell<'_>,
 ) -> Result<(), FleetError> {
-    match collector.save(now).and_then(|()| collector.release(None)) {
+    if let Err(error) = collector.save(now).and_then(|()| collector.release(None)) {
         // The results since the last checkpoint are still on the server.
-        Err(error) if error.is_temporary() => tell(Notice::Line(format!("warning: {error}"))),
-        other => other?,
+        tell(Notice::Line(format!("warning: {error}")));
     }
-    tell(Notice::Line(format!(
-        "stopped; job {id} continues on the server: collect it with stride jobs collect {id}, or end it with stride jobs cancel {id}"
-    )));
-    Ok(())
+    Err(stopped(id))
 }
 
 /// Says which outputs have been written.

@@ -1,8 +1,8 @@
 //! The collector of a job: the only owner of its film.
 //!
 //! It takes results in the order of the server and adds each once: what the film holds decides, not what was delivered. A
-//! result is removed from the server when a checkpoint with it is on the disk. Everything else can be lost: whoever
-//! continues from the checkpoint finds the missing units in the plan, and their results on the server.
+//! result is removed from the server when a checkpoint with it is on the disk. Everything else can be lost: a
+//! collector that continues from the checkpoint finds the missing units in the plan, and their results on the server.
 //!
 //! Time is an argument, and the server is a trait: the simulation runs this code with a thousand workers.
 
@@ -13,6 +13,7 @@ use super::checks::{Checks, Verdict};
 use super::gathering::{Gathering, Refusal};
 use super::job::Job;
 use super::mail::{Mail, modify};
+use super::notes::plain;
 use super::plan::Plan;
 use super::relief::Relief;
 use super::spool;
@@ -29,7 +30,7 @@ use std::time::Duration;
 const LOOK: Duration = Duration::from_millis(500);
 
 /// The time after which a worker that has said nothing no longer counts.
-const SILENCE: Duration = Duration::from_secs(20);
+pub(super) const SILENCE: Duration = Duration::from_secs(20);
 
 /// The most results added in one step, and the bytes of films after which no further one is, so that the caller can show
 /// progress.
@@ -37,7 +38,7 @@ const MOST_ADDED: usize = 64;
 const MOST_BYTES: u64 = 256 << 20;
 
 /// The most workers of which something is known. Units are issued ahead for no more.
-const MOST_WORKERS: usize = 20_000;
+pub(super) const MOST_WORKERS: usize = 20_000;
 
 /// The most workers that are barred: the job is one message.
 const MOST_BARRED: usize = 1000;
@@ -308,7 +309,7 @@ impl<'a, M: Mail> Collector<'a, M> {
         match self.mail.job() {
             Ok((job, _)) if job.is_collected_by(&self.owner) => Ok(()),
             Ok((job, _)) => Err(taken_over(&job.id)),
-            // Nobody can have taken it over.
+            // No other collector can have it.
             Err(FleetError::NoJob(_)) => Ok(()),
             Err(error) => Err(error),
         }
@@ -421,6 +422,7 @@ impl<'a, M: Mail> Collector<'a, M> {
                 self.unsaved.push((range, messages));
                 return Ok(());
             }
+            Err(Refusal::Unread(error)) => return Err(error),
             Err(Refusal::Other(why)) => why,
             Err(Refusal::Spoiled(why)) => {
                 // The results since the checkpoint are still on the server.
@@ -432,8 +434,11 @@ impl<'a, M: Mail> Collector<'a, M> {
             }
         };
         self.notes.push(format!(
-            "warning: the result of worker {} for the samples {}..{} is refused: {why}",
-            posted.worker, range.start, range.end
+            "warning: the result of worker {} for the samples {}..{} is refused: {}",
+            posted.worker,
+            range.start,
+            range.end,
+            plain(&why)
         ));
         self.bar(&posted)?;
         self.issue_again(&range)
@@ -506,7 +511,7 @@ impl<'a, M: Mail> Collector<'a, M> {
     /// Writes the checkpoint, and only then removes its results from the server.
     pub(super) fn save(&mut self, now: Duration) -> Result<(), FleetError> {
         self.unless_taken_over(self.gathering.save(|| self.is_owner()))?;
-        // Whoever has lost the lease must not touch the results.
+        // A collector that has lost the lease must not touch the results.
         self.state_held()?;
         self.saved = now;
         while let Some((range, messages)) = self.unsaved.last() {

@@ -2,6 +2,7 @@
 
 use super::job::JobDevice;
 use super::unit::Posted;
+use crate::film::file::FilmFileError;
 use crate::film::head::Head;
 use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Film, Milestone, SampleRanges};
@@ -33,6 +34,8 @@ pub(super) enum Refusal {
     Other(String),
     /// It contradicts itself, which is only found when it has been added: the film must be loaded again.
     Spoiled(String),
+    /// Its file cannot be read here.
+    Unread(FleetError),
 }
 
 impl Gathering {
@@ -115,7 +118,15 @@ impl Gathering {
     /// Adds the film file of a result. Its checksum has been compared.
     pub(super) fn add(&mut self, posted: &Posted, path: &Path) -> Result<(), Refusal> {
         let other = |why: String| Refusal::Other(why);
-        let file = open_film(path).map_err(|error| other(error.reason.to_string()))?;
+        let or = |refusal: fn(String) -> Refusal| {
+            move |error: FilmFileError| match error {
+                FilmFileError::Io(reason) => {
+                    Refusal::Unread(FleetError::File { path: path.to_path_buf(), reason })
+                }
+                error => refusal(error.to_string()),
+            }
+        };
+        let file = open_film(path).map_err(|error| or(Refusal::Other)(error.reason))?;
         let device = file.head().identity.get("device").unwrap_or_default().to_owned();
         if !self.allowed.allows(&device) {
             return Err(other(format!("its samples come from another device, {device}")));
@@ -135,7 +146,7 @@ impl Gathering {
         if self.has_some_of(&range) {
             return Err(other("its samples have been added before".to_owned()));
         }
-        file.add_to(&mut self.film).map_err(|error| Refusal::Spoiled(error.to_string()))?;
+        file.add_to(&mut self.film).map_err(or(Refusal::Spoiled))?;
         self.held.join(&prefix(&range));
         self.device = Some(device);
         Ok(())

@@ -1,5 +1,6 @@
 //! Jobs as the server keeps them: one message per job, replaced by each change.
 
+use super::notes::plain;
 use super::plan::Plan;
 use crate::api::Render;
 use crate::film::file::VERSION;
@@ -153,7 +154,7 @@ impl Job {
     pub(super) fn summary(&self) -> JobSummary {
         JobSummary {
             id: self.id.clone(),
-            name: self.name.clone(),
+            name: plain(&self.name),
             state: self.state,
             priority: self.priority,
             samples: [self.held, self.target],
@@ -164,7 +165,8 @@ impl Job {
 
     /// Checks what is used in subjects and paths: the message may come from anyone who can submit.
     pub(super) fn parse(text: &[u8]) -> Result<Job, FleetError> {
-        let malformed = |why: String| FleetError::Refused(format!("a job on the server is malformed: {why}"));
+        let malformed =
+            |why: String| FleetError::Refused(plain(&format!("a job on the server is malformed: {why}")));
         let job: Job = serde_json::from_slice(text).map_err(|error| malformed(error.to_string()))?;
         let is_id =
             !job.id.is_empty() && job.id.len() <= 32 && job.id.bytes().all(|b| b.is_ascii_alphanumeric());

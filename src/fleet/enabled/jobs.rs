@@ -2,7 +2,9 @@
 
 use super::broker::{Broker, JOBS};
 use super::collect::{change, clean};
+use super::collector::{MOST_WORKERS, SILENCE};
 use super::mail::{JobMail, Mail, job_subject, jobs};
+use super::notes::{Notes, plain};
 use super::unit::Beat;
 use super::{Stop, Tell};
 use crate::fleet::{FleetError, JobState, JobSummary, Notice, Server};
@@ -14,12 +16,6 @@ use std::time::{Duration, Instant};
 /// The interval of [`watch`].
 const LOOK: Duration = Duration::from_millis(500);
 
-/// The time after which a silent worker no longer counts.
-const SILENCE: Duration = Duration::from_secs(20);
-
-/// The most workers that are counted.
-const MOST_WORKERS: usize = 20_000;
-
 /// Lists the jobs in the order of rendering.
 pub fn list(server: &Server) -> Result<Vec<JobSummary>, FleetError> {
     let broker = Broker::connect(server)?;
@@ -28,17 +24,22 @@ pub fn list(server: &Server) -> Result<Vec<JobSummary>, FleetError> {
 
 /// Cancels a job: its units are removed, and its collector writes the samples so far. Of a job that is done, it removes
 /// the files of the scene.
-pub fn cancel(server: &Server, id: &str) -> Result<(), FleetError> {
+///
+/// Returns the name of the collector. If it has died, [`remove`] removes what it would have removed.
+pub fn cancel(server: &Server, id: &str) -> Result<Option<String>, FleetError> {
     let broker = Broker::connect(server)?;
-    let mut had_collector = false;
+    let mut collector = None;
     change(&broker, id, |job| {
         job.state = JobState::Cancelled;
-        had_collector = job.collector.is_some();
+        collector = job.collector.as_ref().map(|lease| plain(&lease.owner));
         Ok(())
     })?;
     broker.delete_queue(id)?;
     // The collector needs the results until it has ended.
-    if had_collector { Ok(()) } else { clean(&broker, id) }
+    if collector.is_none() {
+        clean(&broker, id)?;
+    }
+    Ok(collector)
 }
 
 /// Removes a job that is over from the server, with everything that belongs to it.
@@ -70,7 +71,7 @@ pub fn extend(server: &Server, id: &str, samples: u32) -> Result<(), FleetError>
         // An answer may have been lost: the same change again is no error.
         if samples < least {
             return Err(FleetError::Job(format!(
-                "job {id} is to have {least} samples per pixel already; request more"
+                "job {id} already has a target of {least} samples per pixel; request more"
             )));
         }
         job.target = samples;
@@ -99,16 +100,14 @@ pub fn watch(server: &Server, id: &str, stop: &Stop, tell: Tell<'_>) -> Result<(
     let notes = broker.listen(format!("stride.note.{id}"))?;
     let start = Instant::now();
     let mut workers: BTreeMap<String, (Instant, f64)> = BTreeMap::new();
-    let mut before = None;
+    let (mut before, mut shown) = (None, Notes::default());
     loop {
         for beat in beats.try_iter().filter_map(|text| Beat::parse(&text)) {
             if workers.len() < MOST_WORKERS || workers.contains_key(&beat.worker) {
                 workers.insert(beat.worker, (Instant::now(), beat.done));
             }
         }
-        for note in notes.try_iter() {
-            tell(Notice::Line(String::from_utf8_lossy(&note).into_owned()));
-        }
+        notes.try_iter().filter_map(|text| shown.take(&text)).for_each(|line| tell(Notice::Line(line)));
         workers.retain(|_, (heard, _)| heard.elapsed() < SILENCE);
         match mail.job() {
             Ok((job, _)) => {

@@ -1,10 +1,12 @@
 //! A server and workers on this machine, to try a fleet in one command.
 
 use super::collect::OnStop;
+use super::notes::plain;
 use super::submit::submit_with;
 use super::{Stop, Tell};
 use crate::fleet::{FleetError, LocalFleet, Notice, Server};
-use crossbeam_channel::RecvTimeoutError;
+use crossbeam_channel::{RecvTimeoutError, bounded};
+use std::convert::Infallible;
 use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
 use std::path::Path;
@@ -17,6 +19,9 @@ const START: Duration = Duration::from_secs(30);
 
 /// The pause before it is asked for again.
 const PAUSE: Duration = Duration::from_millis(20);
+
+/// The interval at which a keeper looks at its program.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Keepers of programs. They end, and end their programs, with this value and with this program, however it ends.
 struct Keepers(Vec<Child>);
@@ -46,15 +51,24 @@ impl Keepers {
     }
 }
 
-/// Runs a program until it ends or standard input is closed: programs of a fleet on this machine end with it.
+/// Runs a program until it ends, or standard input is closed: programs of a fleet on this machine end with it.
 pub fn keep(program: &OsStr, arguments: &[OsString]) -> Result<(), FleetError> {
     let child = Command::new(program).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
     let mut child = child.map_err(|error| match error.kind() {
         ErrorKind::NotFound => FleetError::Server(format!("there is no {program:?} on the path")),
         _ => FleetError::Server(format!("{program:?} cannot be started: {error}")),
     })?;
-    // Nothing is written to it: it ends when the other program does.
-    let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+    let (closed_out, closed) = bounded::<Infallible>(0);
+    std::thread::spawn(move || {
+        // Nothing is written to it: it ends when the other program does.
+        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+        drop(closed_out);
+    });
+    while matches!(closed.recv_timeout(LOOK), Err(RecvTimeoutError::Timeout)) {
+        if matches!(child.try_wait(), Ok(Some(_))) {
+            return Ok(());
+        }
+    }
     let _ = child.kill();
     let _ = child.wait();
     Ok(())
@@ -102,8 +116,13 @@ fn start_server(folder: &Path, keepers: &mut Keepers, stop: &Stop) -> Result<Str
         if let Some(url) = address(folder) {
             return Ok(url);
         }
+        if keepers.0.last_mut().is_some_and(|keeper| matches!(keeper.try_wait(), Ok(Some(_)))) {
+            let said = std::fs::read_to_string(&log).unwrap_or_default();
+            let last = plain(said.lines().last().unwrap_or_default());
+            return Err(FleetError::Server(format!("nats-server ended at once: {last}")));
+        }
         if !matches!(stop.recv_timeout(PAUSE), Err(RecvTimeoutError::Timeout)) {
-            break;
+            return Err(FleetError::Job("stopped before the server had started".to_owned()));
         }
     }
     Err(FleetError::Server(format!("nats-server did not start within {} s", START.as_secs())))

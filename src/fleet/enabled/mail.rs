@@ -32,7 +32,8 @@ pub(super) trait Mail {
     /// The first result after the message with the number `after`, with its own number.
     fn next_result(&self, after: u64) -> NextResult;
 
-    /// Writes the film file of a result. Returns the numbers of the messages with its parts.
+    /// Writes the film file of a result. Returns the numbers of the messages with its parts. After an error of `out` the
+    /// returned one is of any kind.
     fn film(&self, posted: &Posted, out: &mut dyn Write) -> Result<Vec<u64>, FleetError>;
 
     /// Removes a result.
@@ -119,7 +120,10 @@ impl Mail for JobMail<'_> {
         let Some(stored) = stored else { return Ok(None) };
         let posted = Posted::parse(self.id, &stored.subject, &stored.payload);
         if posted.is_err() {
-            // Otherwise it would be read again and again.
+            // Otherwise it would be read again and again, and its parts would remain.
+            if let Some(place) = Posted::place_in(self.id, &stored.subject) {
+                self.discard_parts(place)?;
+            }
             self.broker.remove(RESULTS, stored.sequence)?;
         }
         Ok(Some((stored.sequence, posted)))

@@ -6,7 +6,8 @@
 //! | `broker` | the server: streams, messages, acknowledgements; the only file with asynchronous code |
 //! | `login` | connections, TLS and their errors |
 //! | `mail` | what the collector needs of a server |
-//! | `pack` | compression of films for the way |
+//! | `notes` | texts from the network |
+//! | `pack` | compression of films for the network |
 //! | `scene_files` | the files of a scene: sent by content, and kept in a cache |
 //! | `renderer` | renders a unit into a film file |
 //! | `posting` | sends the film of a unit |
@@ -31,6 +32,7 @@ mod jobs;
 mod local;
 mod login;
 mod mail;
+mod notes;
 mod pack;
 mod plan;
 mod posting;

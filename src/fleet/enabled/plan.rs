@@ -152,8 +152,8 @@ mod tests {
         assert_eq!(plan.extend(2, 1), [0..1, 1..2]);
         assert_eq!(plan.extend(4, 1), [2..3, 3..4]);
         assert_eq!(plan.extend(9, 3), [4..7, 7..9]);
-        assert_eq!(plan.extend(12, 3), [9..12]);
-        assert_eq!(plan.extend(12, 7), [Range::<u32>::default(); 0]);
+        assert_eq!(plan.extend(12, 3), std::slice::from_ref(&(9..12)));
+        assert!(plan.extend(12, 7).is_empty());
         assert_eq!(ranges(&plan), [0..1, 1..2, 2..3, 3..4, 4..7, 7..9, 9..12]);
         assert!(plan.is_sound() && plan.end() == 12);
         let text = serde_json::to_string(&plan).unwrap();

@@ -91,8 +91,7 @@ impl Poster<'_> {
                 tell(Notice::Line(note.clone()));
             }
             let _ = self.broker.say(format!("stride.note.{job}"), note.into_bytes());
-            let beat =
-                Beat { worker: self.worker.to_owned(), first: posted.unit.first, done: 0.0, waits: true };
+            let beat = Beat { worker: self.worker.to_owned(), done: 0.0, waits: true };
             let _ = say(self.broker, job, &beat);
             if !matches!(stop.recv_timeout(random_pause()), Err(RecvTimeoutError::Timeout)) {
                 return Ok(false);
@@ -126,7 +125,8 @@ impl Poster<'_> {
             )));
         }
         if used.saturating_add(needed) > most {
-            let why = format!("results have {used} of {most} bytes, and the next one needs {needed}");
+            // Without numbers that differ each time.
+            let why = format!("results fill the {most} bytes that it keeps of them");
             return Ok(Attempt::Full(FleetError::Full(why)));
         }
         posted.parts = parts as u32;

@@ -35,7 +35,7 @@ impl Relief {
         }
     }
 
-    /// Whether somebody waits for room.
+    /// Whether workers wait for room.
     pub(super) fn is_wanted(&mut self, now: Duration) -> bool {
         let is_wanted = self.heard.is_some_and(|heard| now.saturating_sub(heard) <= HEARD);
         if !is_wanted {

@@ -30,8 +30,13 @@ pub(super) fn fetch(
     }
     let file = File::create(path).map_err(failed)?;
     let out = BufWriter::with_capacity(1 << 20, file);
-    let mut out = Checked { out, digest: Sha256::new(), tail: Vec::new() };
-    let messages = mail.film(posted, &mut out)?;
+    let mut out = Checked { out, digest: Sha256::new(), tail: Vec::new(), failure: None };
+    let messages = mail.film(posted, &mut out);
+    // A full disk of this machine is no fault of the worker.
+    if let Some(reason) = out.failure.take() {
+        return Err(failed(reason));
+    }
+    let messages = messages?;
     out.flush().map_err(failed)?;
     let digest = out.digest.finalize();
     match digest[..] == out.tail[..] && HEXLOWER.encode(&digest) == posted.digest {
@@ -45,11 +50,16 @@ struct Checked<W> {
     out: W,
     digest: Sha256,
     tail: Vec<u8>,
+    /// The error of a write.
+    failure: Option<io::Error>,
 }
 
 impl<W: Write> Write for Checked<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.out.write_all(bytes)?;
+        if let Err(error) = self.out.write_all(bytes) {
+            self.failure = Some(error);
+            return Err(io::Error::other("the film cannot be written"));
+        }
         self.tail.extend_from_slice(bytes);
         let ready = self.tail.len().saturating_sub(32);
         self.digest.update(&self.tail[..ready]);

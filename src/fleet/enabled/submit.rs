@@ -6,12 +6,15 @@ use super::job::{Job, JobDevice, facts, now, unique};
 use super::mail::{JobMail, Mail, job_subject};
 use super::plan::Plan;
 use super::renderer::Renderer;
-use super::scene_files::{load_with_files, manifest, send};
+use super::scene_files::{load_with_files, manifest, relative, send};
 use super::unit::Unit;
 use super::{Stop, Tell};
 use crate::film::file::VERSION;
 use crate::film::noise::FIRST_MILESTONE;
 use crate::fleet::{FleetError, JobState, Notice, Server, Submission};
+
+/// Bytes by which the message of a job may grow: units, barred workers and the lease.
+const GROWTH: usize = 128 << 10;
 
 /// Submits a job and, unless it is detached, collects it. Returns its id.
 pub fn submit(
@@ -31,7 +34,8 @@ pub(super) fn submit_with(
     tell: Tell<'_>,
 ) -> Result<String, FleetError> {
     let options = submission.settings.reading(submission.is_strict, submission.allow_outside);
-    let (loaded, files) = load_with_files(&submission.scene, &options)?;
+    let path = relative(&submission.scene);
+    let (loaded, files) = load_with_files(&path, &options)?;
     for warning in &loaded.warnings {
         tell(Notice::Line(format!("warning: {warning}")));
     }
@@ -73,9 +77,17 @@ pub(super) fn submit_with(
     // Errors of settings and outputs come before anything is sent.
     let settings = with_outputs(render.clone(), &job, &submission.collecting).settings()?;
     job.facts = facts(&settings).to_string();
-    let (scene, paths) = manifest(&submission.scene, &files)?;
+    let (scene, paths) = manifest(&path, &files)?;
     job.scene = scene;
     let broker = Broker::connect(server)?;
+    let (bytes, most) = (job.to_bytes().len(), broker.message_bytes());
+    // Small limits leave half of themselves.
+    if bytes > most - GROWTH.min(most / 2) {
+        return Err(FleetError::Server(format!(
+            "the job has {bytes} bytes, most of them names of its {} files, and grows while it is rendered; the server accepts messages of {most} bytes: raise max_payload of the server",
+            job.scene.files.len()
+        )));
+    }
     broker.create_streams()?;
     send(&broker, &job.scene, &paths, stop)?;
     if submission.is_detached {

@@ -1,5 +1,6 @@
 //! Units and results as messages describe them.
 
+use super::notes::plain;
 use crate::fleet::FleetError;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -31,7 +32,7 @@ impl Unit {
 
     pub(super) fn parse(text: &[u8]) -> Result<Unit, FleetError> {
         let unit: Unit = serde_json::from_slice(text)
-            .map_err(|error| FleetError::Refused(format!("a unit is malformed: {error}")))?;
+            .map_err(|error| FleetError::Refused(plain(&format!("a unit is malformed: {error}"))))?;
         match unit.first < unit.end {
             true => Ok(unit),
             false => Err(FleetError::Refused("a unit has no samples".to_owned())),
@@ -74,9 +75,15 @@ impl Posted {
         format!("{}.{}.{}", self.unit.first, self.unit.end, self.nonce)
     }
 
+    /// The place in the subject of an announcement of a job, if it has the form of one.
+    pub(super) fn place_in<'a>(job: &str, subject: &'a str) -> Option<&'a str> {
+        let place = subject.strip_prefix("stride.done.")?.strip_prefix(job)?.strip_prefix('.')?;
+        (place.split('.').count() == 3 && place.split('.').all(is_token)).then_some(place)
+    }
+
     /// Parses an announcement on the subject of a job. Whatever leads elsewhere is refused.
     pub(super) fn parse(job: &str, subject: &str, text: &[u8]) -> Result<Posted, FleetError> {
-        let refuse = |why: String| FleetError::Refused(format!("a result is malformed: {why}"));
+        let refuse = |why: String| FleetError::Refused(plain(&format!("a result is malformed: {why}")));
         let posted: Posted = serde_json::from_slice(text).map_err(|error| refuse(error.to_string()))?;
         let is_sound = posted.unit.job == job
             && posted.unit.first < posted.unit.end
@@ -92,8 +99,6 @@ impl Posted {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Beat {
     pub(super) worker: String,
-    /// The unit's first sample.
-    pub(super) first: u32,
     /// Samples per pixel of the unit so far.
     pub(super) done: f64,
     /// Whether it has a result for which the server has no room.
@@ -133,6 +138,15 @@ mod tests {
             Posted::parse("j1", subject, &serde_json::to_vec(posted).unwrap()).is_ok()
         };
         assert!(parse(&posted, "stride.done.j1.4.8.n1"));
+        assert_eq!(Posted::place_in("j1", "stride.done.j1.4.8.n1"), Some("4.8.n1"));
+        for elsewhere in [
+            "stride.done.j2.4.8.n1",
+            "stride.done.j1.4.8",
+            "stride.done.j1.4.*.n1",
+            "stride.done.j1.4.8.n1.>",
+        ] {
+            assert_eq!(Posted::place_in("j1", elsewhere), None, "{elsewhere}");
+        }
         assert!(!parse(&posted, "stride.done.j1.4.8.n2") && !parse(&posted, "stride.done.j2.4.8.n1"));
         let elsewhere = Posted { nonce: "n.>".into(), ..posted.clone() };
         assert!(!parse(&elsewhere, &elsewhere.subject()));

@@ -44,6 +44,9 @@ pub fn work(
     stop: &Stop,
     tell: Tell<'_>,
 ) -> Result<(), FleetError> {
+    if settings.name.as_deref() == Some("") {
+        return Err(FleetError::Job("the name of a worker must not be empty".to_owned()));
+    }
     let cache = Cache::open(&settings.cache, settings.cache_bytes)?;
     let broker = Broker::connect(server)?;
     let name = settings.name.as_deref().map_or_else(|| format!("{}-{}", machine(), unique("w")), token);
@@ -134,7 +137,7 @@ impl Worker<'_> {
             if !is_mine {
                 continue;
             }
-            if let Some(delivery) = self.take(job)? {
+            if let Some(delivery) = self.take(job, tell)? {
                 if delivery.unit.not.contains(&self.name) || delivery.unit.job != job.id {
                     self.broker.hand_back(&delivery, NOT_MINE)?;
                     self.resting.insert(job.id.clone(), Instant::now() + random_pause());
@@ -147,7 +150,7 @@ impl Worker<'_> {
         Ok(Turn::Idle)
     }
 
-    fn take(&mut self, job: &Job) -> Result<Option<Delivery>, FleetError> {
+    fn take(&mut self, job: &Job, tell: Tell<'_>) -> Result<Option<Delivery>, FleetError> {
         if !self.queues.contains_key(&job.id) {
             let Some(queue) = self.broker.queue(&job.id)? else {
                 if let Err(FleetError::NoJob(_)) = (JobMail { broker: self.broker, id: &job.id }).job() {
@@ -166,7 +169,15 @@ impl Worker<'_> {
                 return Ok(None);
             }
         }
-        taken
+        match taken? {
+            // One message must not end a worker.
+            Some(Err(error)) => {
+                tell(Notice::Line(format!("warning: {error}; it is ignored")));
+                Ok(None)
+            }
+            Some(Ok(delivery)) => Ok(Some(delivery)),
+            None => Ok(None),
+        }
     }
 
     /// Renders a unit and sends its film. What fails is reported to the collector, and the unit is handed back.
@@ -217,7 +228,7 @@ impl Worker<'_> {
                     true => drop(self.resting.insert(job.id.clone(), Instant::now() + LONG_REST)),
                     false => drop(self.refused.insert(job.id.clone())),
                 }
-                let note = format!("worker {} does not render job {}: {error}", self.name, job.id);
+                let note = format!("warning: worker {} does not render job {}: {error}", self.name, job.id);
                 tell(Notice::Line(note.clone()));
                 self.broker.say(format!("stride.note.{}", job.id), note.into_bytes())
             }
@@ -304,8 +315,7 @@ impl Keeper<'_> {
             last = progress.try_iter().last().unwrap_or(last);
             // Errors are those of a server that does not answer: the unit may come to another worker, too.
             let _ = self.broker.keep(delivery);
-            let beat =
-                Beat { worker: self.worker.clone(), first: delivery.unit.first, done: last, waits: false };
+            let beat = Beat { worker: self.worker.clone(), done: last, waits: false };
             let _ = say(self.broker, &job.id, &beat);
             if !matches!(stop.try_recv(), Err(TryRecvError::Empty)) {
                 let asked = *asked.get_or_insert_with(Instant::now);
@@ -315,7 +325,7 @@ impl Keeper<'_> {
             }
             if unit_stop.is_some() {
                 match mail.job() {
-                    Ok((job, _)) if job.state != JobState::Cancelled => {}
+                    Ok((job, _)) if job.state == JobState::Open => {}
                     Ok(_) | Err(FleetError::NoJob(_)) => unit_stop = None,
                     Err(_) => {}
                 }

@@ -48,7 +48,7 @@ fn simulate(say_that_they_wait: bool) -> Option<Vec<u8>> {
                 server.in_hand.set(server.in_hand.get() - 1);
                 *worker = None;
             } else if say_that_they_wait {
-                let beat = Beat { worker: name.to_owned(), first: unit.first, done: 0.0, waits: true };
+                let beat = Beat { worker: name.to_owned(), done: 0.0, waits: true };
                 collector.hear(beat, Duration::from_secs_f64(now));
             }
         }

@@ -1,12 +1,14 @@
 //! Results and collectors that come too late, and a server that has lost its last messages.
 
 use super::{Server, film_of, job, posted, settings, whole};
+use crate::api::Render;
 use crate::fleet::FleetError;
 use crate::fleet::enabled::collector::{Collector, Judge, Step};
 use crate::fleet::enabled::gathering::Gathering;
 use crate::fleet::enabled::job::{JobDevice, Lease};
 use crate::fleet::enabled::unit::{Beat, Unit};
 use crate::output::open_film;
+use crate::scene::Scene;
 use crate::session::RenderSettings;
 use std::fs;
 use std::ops::Range;
@@ -162,7 +164,7 @@ fn a_flood_of_names_takes_limited_memory() {
     let mut judge = |_: &Unit| Ok(None);
     let mut collector = take_over(&server, "a", &settings, &path, &mut judge);
     let say = |collector: &mut Collector<'_, Server>, name: String, now: u64| {
-        let beat = Beat { worker: name, first: 0, done: 0.0, waits: false };
+        let beat = Beat { worker: name, done: 0.0, waits: false };
         collector.hear(beat, Duration::from_secs(now));
     };
     for name in 0..20_000 {
@@ -197,5 +199,33 @@ fn a_collector_that_has_lost_its_lease_touches_nothing() {
     server.job.borrow_mut().0.collector = Some(Lease { owner: "a".into(), renewed: 0 });
     collector.step(Duration::from_secs(20)).unwrap();
     assert!(server.results.borrow().is_empty());
-    assert_eq!(open_film(&path).unwrap().sample_ranges().whole(), [0..1]);
+    assert_eq!(open_film(&path).unwrap().sample_ranges().whole(), std::slice::from_ref(&(0..1)));
+}
+
+/// The disk of the collector is full while it writes a film, which is larger than the buffer of the file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_of_the_collector_bars_no_worker() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.film");
+    let render = Render::new(&Scene::default()).size((300, 200)).samples(4).film(&path);
+    let settings = render.settings().unwrap();
+    let server = Server::new(job(&settings, 0.0));
+    let mut judge = |_: &Unit| Ok(None);
+    let mut collector = take_over(&server, "a", &settings, &path, &mut judge);
+    assert_eq!(collector.step(Duration::ZERO).unwrap(), Step::Waits);
+    let unit = server.queue.borrow_mut().pop_front().unwrap();
+    let film = film_of(&settings, &unit.range(), false);
+    assert!(film.len() > 1 << 20);
+    server.post(posted(&unit, "w", 0, &film, 1.0), film);
+    // Writes to it fail as those to a full disk do.
+    let spool = folder.path().join("result.film");
+    std::os::unix::fs::symlink("/dev/full", &spool).unwrap();
+    let error = collector.step(Duration::from_secs(1)).unwrap_err();
+    assert!(matches!(error, FleetError::File { .. }), "{error}");
+    assert!(server.job.borrow().0.barred.is_empty() && server.results.borrow().len() == 1);
+    // Negative control: without the fault, this film with two pixels only is refused.
+    fs::remove_file(&spool).unwrap();
+    collector.step(Duration::from_secs(2)).unwrap();
+    assert_eq!(server.job.borrow().0.barred, ["w"]);
 }

@@ -1,6 +1,7 @@
 //! The files that a scene refers to, and the folders in which they are searched for.
 
 use crate::scene::spelling::{quote, shorten};
+use crate::texture::access;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -134,7 +135,8 @@ fn quote_end(name: &str) -> String {
 fn is_pointer(path: &Path) -> bool {
     const START: &[u8] = b"version https://git-lfs.github.com/spec/";
     let mut start = [0; START.len()];
-    let opened = if path.is_file() { File::open(path).ok() } else { None };
+    let may_open = path.is_file() && access::opening(path).is_ok();
+    let opened = if may_open { File::open(path).ok() } else { None };
     opened.is_some_and(|mut file| file.read_exact(&mut start).is_ok()) && start == START
 }
 

@@ -39,18 +39,6 @@ pub(super) fn load_with_files(
     Ok((loaded?, files))
 }
 
-/// An absolute path as one relative to the working folder. Files of a scene at such a path have relative paths, unless the
-/// scene names them by absolute ones.
-pub(super) fn relative(scene: &Path) -> PathBuf {
-    let names = |path: &Path| path.components().filter(|part| matches!(part, Component::Normal(_))).count();
-    let relative = std::env::current_dir().ok().filter(|_| cfg!(unix) && scene.is_absolute()).map(|folder| {
-        let up = (0..names(&folder)).map(|_| Component::ParentDir);
-        up.chain(scene.components().skip(1)).collect::<PathBuf>()
-    });
-    // A folder above the working folder may be closed.
-    relative.filter(|path| path.exists()).unwrap_or_else(|| scene.to_path_buf())
-}
-
 /// The manifest of a scene's files, and the path of each on this machine.
 pub(super) fn manifest(scene: &Path, files: &[PathBuf]) -> Result<(Manifest, Vec<PathBuf>), FleetError> {
     let folder = scene.parent().unwrap_or(Path::new(""));
@@ -395,22 +383,6 @@ mod tests {
         assert_eq!((manifest.files[1].bytes, paths.len()), (2, 2));
         let error = super::manifest(&path("scenes/a.toml"), &[path("textures/t.png")]).unwrap_err();
         assert!(error.to_string().contains("absolute path"), "{error}");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn absolute_paths_are_found_even_inside_the_folder_of_the_scene() {
-        let folder = tempfile::tempdir().unwrap();
-        let (scene, mesh) = (folder.path().join("a.toml"), folder.path().join("m.ply"));
-        fs::write(&scene, "x").unwrap();
-        fs::write(&mesh, "y").unwrap();
-        let spelled = relative(&scene);
-        assert!(spelled.is_relative() && spelled.canonicalize().unwrap() == scene.canonicalize().unwrap());
-        assert_eq!(relative(Path::new("a/b.toml")), Path::new("a/b.toml"));
-        let error = manifest(&spelled, &[spelled.clone(), mesh]).unwrap_err();
-        assert!(error.to_string().contains("absolute path"), "{error}");
-        let (manifest, _) = manifest(&spelled, &[spelled.clone(), spelled.with_file_name("m.ply")]).unwrap();
-        assert_eq!(manifest.files.len(), 2);
     }
 
     #[test]

@@ -159,7 +159,7 @@ fn film_of(settings: &RenderSettings, range: &Range<u32>, is_wrong: bool) -> Vec
     let head = film_head(&settings, "cpu");
     let mut film = Film::with_layout(head.layout).unwrap();
     for sample in range.clone() {
-        for pixel in 0..2 {
+        for pixel in 0..head.layout.len() as usize {
             let value = (sample % 251) as f32 * 0.37 + pixel as f32 + f32::from(u8::from(is_wrong));
             film.add_sample(pixel, [value, value * 0.5, 1.0]).unwrap();
         }

@@ -6,7 +6,7 @@ use super::job::{Job, JobDevice, facts, now, unique};
 use super::mail::{JobMail, Mail, job_subject};
 use super::plan::Plan;
 use super::renderer::Renderer;
-use super::scene_files::{load_with_files, manifest, relative, send};
+use super::scene_files::{load_with_files, manifest, send};
 use super::unit::Unit;
 use super::{Stop, Tell};
 use crate::film::file::VERSION;
@@ -34,8 +34,7 @@ pub(super) fn submit_with(
     tell: Tell<'_>,
 ) -> Result<String, FleetError> {
     let options = submission.settings.reading(submission.is_strict, submission.allow_outside);
-    let path = relative(&submission.scene);
-    let (loaded, files) = load_with_files(&path, &options)?;
+    let (loaded, files) = load_with_files(&submission.scene, &options)?;
     for warning in &loaded.warnings {
         tell(Notice::Line(format!("warning: {warning}")));
     }
@@ -77,7 +76,7 @@ pub(super) fn submit_with(
     // Errors of settings and outputs come before anything is sent.
     let settings = with_outputs(render.clone(), &job, &submission.collecting).settings()?;
     job.facts = facts(&settings).to_string();
-    let (scene, paths) = manifest(&path, &files)?;
+    let (scene, paths) = manifest(&submission.scene, &files)?;
     job.scene = scene;
     let broker = Broker::connect(server)?;
     let (bytes, most) = (job.to_bytes().len(), broker.message_bytes());

@@ -184,7 +184,6 @@ shared! {
         /// The media that contain the camera, in two words.
         inside_x: u32,
         inside_y: u32,
-        _inside: [u32; 3],
         /// The table of `FilmOffset::Drawn`: 65 nodes, four per row.
         offset_nodes: [[f32; 4]; 17],
     }

@@ -411,7 +411,7 @@ fn rays_that_leave_a_surface_never_hit_it_at_their_origin() {
                 let seen = leave(shape.clone(), scale, near, 2000, stream);
                 total += seen.rays;
                 assert!(seen.used < 0.5, "{shape:?}: the bound has no margin, {seen:?}");
-                // A larger bound would move rays visibly. The margin above that of the shapes of today is small.
+                // A larger bound would move rays visibly.
                 assert!(seen.roundings < 40.0, "{shape:?}: the bound is too large, {seen:?}");
             }
         }

@@ -67,24 +67,35 @@ impl Estimate {
     }
 }
 
-/// An image of which only the values and the number of samples per pixel are known.
+/// An image of an independent renderer.
 pub struct Reference {
     pub width: u32,
     pub height: u32,
     pub rgb: Vec<[f64; 3]>,
-    pub spp: u32,
+    pub noise: Noise,
+}
+
+/// The noise of a [`Reference`].
+pub enum Noise {
+    /// The standard error of each pixel, independent of that of other pixels.
+    Measured(Vec<[f64; 3]>),
+    /// Only the number of samples per pixel is known.
+    Samples(u32),
 }
 
 impl Reference {
-    /// Its blocks, with the noise of as many independent samples as those of `like`: an upper bound if the reference
-    /// was made by a better method. A filter whose weights sum to one shares samples between neighbours, which does not
-    /// increase the noise of a block.
+    /// Its blocks. If its noise is unknown, it is that of as many independent samples as those of `like`: an upper bound
+    /// if the reference was made by a better method. A filter whose weights sum to one shares samples between
+    /// neighbours, which does not increase the noise of a block.
     pub fn blocks(&self, like: &Estimate) -> Blocks {
         let mut blocks = Blocks::empty(self.width, self.height, SIDE);
         for (index, (rgb, m)) in self.rgb.iter().zip(&like.pixels).enumerate() {
             let n = m.count as f64;
-            blocks.add(index, *rgb, |c| {
-                (m.squares[c] - m.sum[c] * m.sum[c] / n).max(0.0) / ((n - 1.0) * f64::from(self.spp))
+            blocks.add(index, *rgb, |c| match &self.noise {
+                Noise::Measured(errors) => errors[index][c] * errors[index][c],
+                Noise::Samples(spp) => {
+                    (m.squares[c] - m.sum[c] * m.sum[c] / n).max(0.0) / ((n - 1.0) * f64::from(*spp))
+                }
             });
         }
         blocks.finish()

@@ -3,6 +3,7 @@
 mod functions;
 mod gallery;
 mod layouts;
+mod length;
 mod lost;
 mod partial_films;
 mod pictures;

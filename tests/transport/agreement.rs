@@ -218,7 +218,7 @@ fn with_textured_lights_of_all_shapes_and_a_second_set_of_uv() {
 
 #[test]
 fn among_textured_surfaces() {
-    agree(gallery(64, 48), [4096, 512]);
+    agree(gallery(64, 48), [2048, 512]);
 }
 
 #[test]

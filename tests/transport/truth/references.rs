@@ -156,14 +156,14 @@ fn each_is_told_apart(name: &str, theirs: &Reference, changes: &[(&str, &str)]) 
 #[test]
 fn metals_under_a_spot_and_a_sun_match_the_independent_renderer() {
     let theirs = reference("metals-120x90");
-    must_be(&described("metals", 4096), &theirs);
+    must_be(&described("metals", 2048), &theirs);
     is_told_apart(&changed("metals", 1024, &[("roughness = 0.3 }", "roughness = 0.33 }")]), &theirs);
 }
 
 #[test]
 fn frosted_glass_and_a_sheet_match_the_independent_renderer() {
     let theirs = reference("frosted-120x90");
-    must_be(&described("frosted", 4096), &theirs);
+    must_be(&described("frosted", 2048), &theirs);
     is_told_apart(&changed("frosted", 1024, &[("roughness = 0.25", "roughness = 0.28")]), &theirs);
 }
 

@@ -10,7 +10,7 @@ use super::vertex::{State, TraceContext, resolve_hit};
 use crate::camera::Camera;
 use crate::material::{self, Bxdf, Local, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::lanes::{Level, dispatch_paths};
+use crate::math::lanes::{Level, dispatch_minor};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, value};
 use crate::sampling::{PathId, Pixel, Sample, Stream};
 use crate::world::{CompiledScene, Hit, Interaction, World};
@@ -66,7 +66,7 @@ impl Integrator for Whitted {
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
         let context = TraceContext { scene: &self.scene, world: &self.world, settings: &self.settings };
-        dispatch_paths(level, FirstHits { context, paths, out });
+        dispatch_minor(level, FirstHits { context, paths, out });
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {

@@ -61,7 +61,7 @@ impl Kernel for FirstHits<'_> {
             // interfaces. Surfaces that samples pass straight through are not first hits.
             let (mut look, mut hit) = (alive, Hit::none());
             let (met, at) = loop {
-                hit = Hit::blend(look, context.world.intersect(&state.ray, look), hit);
+                hit = Hit::blend(look, context.world.intersect_apart(&state.ray, look), hit);
                 let met = alive & hit.is_some();
                 if !met.any() {
                     break (met, None);

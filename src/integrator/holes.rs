@@ -59,7 +59,7 @@ pub(super) fn seen_through<F: Float>(
                     #[inline(always)]
                     |shadow| {
                         let Shadow { ray, left, share, met, lives, mut stream } = shadow;
-                        let hit = context.world.intersect(&ray, lives);
+                        let hit = context.world.intersect_apart(&ray, lives);
                         let mut hides = lives & hit.is_some() & hit.t.lt(left);
                         let [number, ..] = stream.draw(hides);
                         let at = scene.interaction_apart(&ray, &hit, hides, Uv::IfTextured);

@@ -14,7 +14,7 @@ use super::roulette::roulette;
 use super::vertex::{PreviousVertex, Scattering, State, TraceContext, Vertex, escape, go_on};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
-use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch_paths};
+use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch_minor, dispatch_paths};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, function, value};
 use crate::sampling::{Pixel, Sample};
 use crate::scene;
@@ -82,7 +82,7 @@ impl Integrator for PathTracer {
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
-        dispatch_paths(level, FirstHits { context: self.context(), paths, out });
+        dispatch_minor(level, FirstHits { context: self.context(), paths, out });
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {

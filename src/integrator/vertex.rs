@@ -87,7 +87,7 @@ pub(super) fn material_block<F: Float>(state: &State<F>, around: &impl Surroundi
 /// The interactions of paths with the surfaces that they hit, in the lanes of `met`, and the lanes that pass through a
 /// hole instead.
 #[inline(always)]
-pub(super) fn resolve_hit<F: Float>(
+fn resolve_hit<F: Float>(
     context: &TraceContext<'_>,
     state: &State<F>,
     around: &impl Surroundings<F>,

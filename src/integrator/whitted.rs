@@ -6,14 +6,14 @@ use super::holes::seen_through;
 use super::interiors::{self, Around};
 use super::observe::{Event, Observer, Passage, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
-use super::vertex::{State, TraceContext, resolve_hit};
+use super::vertex::{State, TraceContext, with_material};
 use crate::camera::Camera;
 use crate::material::{self, Bxdf, Local, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::lanes::{Level, dispatch_paths};
+use crate::math::lanes::{Level, dispatch_minor};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, value};
 use crate::sampling::{PathId, Pixel, Sample, Stream};
-use crate::world::{CompiledScene, Hit, Interaction, World};
+use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 use rand::RngExt;
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ impl Integrator for Whitted {
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
         let context = TraceContext { scene: &self.scene, world: &self.world, settings: &self.settings };
-        dispatch_paths(level, FirstHits { context, paths, out });
+        dispatch_minor(level, FirstHits { context, paths, out });
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
@@ -273,7 +273,8 @@ impl<F: Float> Lit<F> {
     /// The hit point of a branch's ray, with its surroundings.
     pub(crate) fn new(context: &TraceContext<'_>, state: &State<F>, around: Around<F>, hit: &Hit<F>) -> Self {
         let (scene, ray, all) = (context.scene, &state.ray, F::Mask::splat(true));
-        let (at, is_hole) = resolve_hit(context, state, &around, hit, all);
+        let at = scene.interaction_apart(ray, hit, all, Uv::IfTextured);
+        let (at, is_hole) = with_material(context, state, &around, at, all);
         let (around, is_none) = interiors::at_surface(scene, around, &at, !is_hole);
         let bsdf = interiors::bsdf(scene, &at, &around);
         let frame = scene.scattering_frame(&at, ray, &bsdf);

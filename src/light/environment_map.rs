@@ -308,7 +308,7 @@ mod tests {
             let (mut flux, draws) = (0.0, 200_000);
             for _ in 0..draws {
                 let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-                let emitted = lights.emit::<f32>(Wrapping(0), u);
+                let emitted = lights.emit_one(Wrapping(0), u);
                 flux += f64::from(emitted.flux().g);
                 assert!((emitted.ray.d.length() - 1.0).abs() < 1e-5 && emitted.pdf_direction > 0.0);
             }

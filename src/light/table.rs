@@ -447,4 +447,6 @@ impl LightTable {
 }
 
 #[cfg(test)]
+mod one;
+#[cfg(test)]
 mod tests;

@@ -212,7 +212,7 @@ mod tests {
         let draws = 100_000;
         for _ in 0..draws {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-            let emitted = lights.emit::<f32>(Wrapping(light), u);
+            let emitted = lights.emit_one(Wrapping(light), u);
             let carried = f64::from(emitted.flux().g);
             flux += carried;
             square += carried * carried;
@@ -238,14 +238,14 @@ mod tests {
         let p = Vec3::<f32>::splat([0.3, -0.2, 0.5]);
         for _ in 0..1000 {
             let u = [stream.random(), stream.random()];
-            let sample = lights.sample(Wrapping(light), p, u);
+            let sample = lights.sample_one(Wrapping(light), p, u);
             let normal = Vec3::<f32>::splat([0.3, 1.0, 0.2]).cross(Vec3::splat([2.0, 0.0, 0.0]));
             let normal = normal * (1.0 / normal.length());
             let from = Vec3::splat([-1.0, -1.0, 3.0]) - p;
             let t = from.dot(normal) / sample.wi.dot(normal);
             let cos = sample.wi.dot(normal).abs();
             let on = p + sample.wi * t;
-            let pdf = lights.pdf(Wrapping(light), p, on, t, cos);
+            let pdf = lights.pdf_one(Wrapping(light), p, on, t, cos);
             if sample.pdf > 0.0 {
                 assert!((pdf / sample.pdf - 1.0).abs() < 0.2, "{pdf} is not {}", sample.pdf);
             }

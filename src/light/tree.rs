@@ -194,7 +194,7 @@ impl LightTree {
         }
         if going.any() {
             let mut lanes = Lanes::new(going.bits(), p, n, node, place, &end);
-            F::outlined(Descent::<DRAWS> { tree: self, lanes: &mut lanes });
+            F::with_octets(Descent::<DRAWS> { tree: self, lanes: &mut lanes });
             end = lanes.end();
         }
         end

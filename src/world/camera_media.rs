@@ -15,16 +15,17 @@ impl CompiledScene {
     /// Sets the media that contain the camera: those that a ray upwards from the eye leaves without having entered
     /// them. `world` holds the surfaces of the scene.
     #[must_use]
+    #[inline(never)]
     pub fn with_camera_media(mut self, world: &World) -> CompiledScene {
         let Some(media) = self.materials.media() else { return self };
         let mut ray = Ray::new(Vec3::splat(self.camera.eye), Vec3::splat(self.camera.up).normalized());
         let (mut entered, mut inside) = (Vec::new(), Vec::new());
         for _ in 0..MOST_SURFACES {
-            let hit = world.intersect::<f32>(&ray, true);
+            let hit = world.intersect_apart::<f32>(&ray, true);
             if !hit.is_some() {
                 break;
             }
-            let mut at = self.interaction(&ray, &hit, true, Uv::IfTextured);
+            let mut at = self.interaction_apart::<f32>(&ray, &hit, true, Uv::IfTextured);
             let mut opacity = 1.0;
             if self.materials.is_walked() {
                 (at, opacity) = self.modified(at, ray.d, true, false, HALF);

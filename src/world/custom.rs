@@ -57,21 +57,21 @@ impl<'a> CustomHits<'a> {
     /// See [`CustomSurface::point`].
     #[inline(always)]
     pub(super) fn points<F: LaneFloat>(self) -> (Vec3<F>, F) {
-        let [x, y, z, off] = &F::outlined(Points(self));
+        let [x, y, z, off] = &F::with_octets(Points(self));
         (Vec3::new(F::load(x), F::load(y), F::load(z)), F::load(off))
     }
 
     /// See [`CustomSurface::tangent`].
     #[inline(always)]
     pub(super) fn tangents<F: LaneFloat>(self) -> Vec3<F> {
-        let [x, y, z] = &F::outlined(Tangents(self));
+        let [x, y, z] = &F::with_octets(Tangents(self));
         Vec3::new(F::load(x), F::load(y), F::load(z))
     }
 
     /// See [`CustomSurface::uv`].
     #[inline(always)]
     pub(super) fn uv<F: LaneFloat>(self, n: Vec3<F>) -> [F; 2] {
-        let [u, v] = &F::outlined(Uvs { at: self, n: columns(n) });
+        let [u, v] = &F::with_octets(Uvs { at: self, n: columns(n) });
         [F::load(u), F::load(v)]
     }
 }

@@ -204,6 +204,17 @@ impl World {
         F::device(&Intersect(self), (*ray, active))
     }
 
+    /// [`Self::intersect`] in a function of its own, which is compiled once for each level, for all rays but those of
+    /// paths.
+    #[inline(always)]
+    pub fn intersect_apart<F: Float>(&self, ray: &Ray<F>, active: F::Mask) -> Hit<F> {
+        let ray = *ray;
+        F::out_of_line(
+            #[inline(always)]
+            move || self.intersect(&ray, active),
+        )
+    }
+
     /// The lanes whose rays have a hit before the distance `t_max`. Lanes in `ignores_meshes` ignore hits on meshes.
     /// The results of lanes outside `active` are unspecified.
     #[inline(always)]

@@ -29,7 +29,7 @@ fn irradiance(table: &LightTable, n: u32) -> f64 {
     let mut sum = 0.0;
     for i in 0..n * n {
         let u = [(i / n) as f32 + 0.5, (i % n) as f32 + 0.5].map(|x| x / n as f32);
-        let sample = table.sample(Wrapping(0), Vec3::<f32>::zero(), u);
+        let sample = table.sample_one(Wrapping(0), Vec3::<f32>::zero(), u);
         sum += f64::from(sample.weight().r * sample.wi.z.max(0.0));
     }
     sum / f64::from(n * n)
@@ -137,7 +137,7 @@ fn two_triangles_give_the_irradiance_of_their_square() {
     with_none.build_tree();
     let up = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
     for u in [0.0, 0.3, 0.999] {
-        let (light, pmf) = with_none.choose(Vec3::zero(), up, u, true);
+        let (light, pmf) = with_none.choose_one(Vec3::zero(), up, u);
         assert_eq!((light.0, pmf), (1, 1.0));
     }
 }
@@ -151,11 +151,11 @@ where
     let table = table(shape, flipped, 1.0);
     for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
         let p = Vec3::<f32>::zero();
-        let sample = table.sample(Wrapping(0), p, u);
+        let sample = table.sample_one(Wrapping(0), p, u);
         let (t, normal) = meet(&Ray::new(p, sample.wi));
         let normal = if flipped { -normal } else { normal };
         let on = p + sample.wi * t;
-        let pdf = table.pdf(Wrapping(0), p, on, t, -sample.wi.dot(normal));
+        let pdf = table.pdf_one(Wrapping(0), p, on, t, -sample.wi.dot(normal));
         assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{pdf} is not {}", sample.pdf);
     }
 }
@@ -212,7 +212,7 @@ fn emitted_rays_carry_the_power_of_their_light() {
         let (mut angle, mut area) = (0.0, 0.0);
         for _ in 0..draws {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-            let emitted = table.emit::<f32>(Wrapping(0), u);
+            let emitted = table.emit_one(Wrapping(0), u);
             assert!((wide(emitted.ray.d).length() - 1.0).abs() < 1e-5);
             let at = wide(emitted.ray.o);
             flux += f64::from(emitted.flux().r);
@@ -280,7 +280,7 @@ fn emitted_rays_leave_the_emitting_side() {
         let table = table(sphere, flipped, 1.0);
         for _ in 0..10_000 {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-            let emitted = table.emit::<f32>(Wrapping(0), u);
+            let emitted = table.emit_one(Wrapping(0), u);
             let out = wide(emitted.ray.o) - DVec3::new(0.0, 0.0, 2.0);
             assert_eq!(out.length() > 1.0, !flipped);
             let cos = wide(emitted.ray.d).dot(out.normalize()) * if flipped { -1.0 } else { 1.0 };
@@ -305,7 +305,7 @@ fn rays_from_infinity_cover_the_whole_scene() {
         let (mut flux, draws) = (0.0, 400_000);
         for _ in 0..draws {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-            let emitted = table.emit::<f32>(Wrapping(light), u);
+            let emitted = table.emit_one(Wrapping(light), u);
             let (o, d) = (wide(emitted.ray.o), wide(emitted.ray.d));
             assert!((d.length() - 1.0).abs() < 1e-5);
             assert!((d.dot(o - middle) / -reach - 1.0).abs() < 1e-4, "{o} is within the scene");
@@ -324,7 +324,7 @@ fn without_an_extent_no_rays_start_at_infinity() {
     table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
     for around in [Bounds::NOTHING, Bounds::EVERYTHING] {
         table.set_extent(around);
-        let emitted = table.emit::<f32>(Wrapping(0), [0.3, 0.6, 0.0, 0.0]);
+        let emitted = table.emit_one(Wrapping(0), [0.3, 0.6, 0.0, 0.0]);
         assert_eq!((emitted.flux().r, emitted.ray.o.lane(0)), (0.0, [0.0; 3]));
     }
 }
@@ -352,7 +352,7 @@ fn lights_at_infinity_are_chosen_beside_the_tree() {
         }
         table.build_tree();
         assert_eq!(table.infinite_lights().len(), infinite);
-        let pmf = |light: u32| f64::from(table.pmf(p, n, Wrapping(light), true));
+        let pmf = |light: u32| f64::from(table.pmf_one(p, n, Wrapping(light)));
         let all = table.len() as u32;
         let sum: f64 = (0..all).map(pmf).sum();
         assert!((sum - 1.0).abs() < 1e-5, "{points} points: {sum}");
@@ -362,8 +362,8 @@ fn lights_at_infinity_are_chosen_beside_the_tree() {
         }
         let (mut seen, draws) = (vec![0.0; all as usize], 10_000);
         for i in 0..draws {
-            let (light, pmf) = table.choose(p, n, (i as f32 + 0.5) / draws as f32, true);
-            let again = table.pmf(p, n, light, true);
+            let (light, pmf) = table.choose_one(p, n, (i as f32 + 0.5) / draws as f32);
+            let again = table.pmf_one(p, n, light);
             assert!((pmf - again).abs() <= 1e-5 * pmf, "{pmf} is not {again}");
             seen[light.0 as usize] += 1.0;
         }
@@ -403,17 +403,17 @@ fn lights_that_cannot_reach_a_point_leave_their_share_to_those_at_infinity() {
         for _ in 0..400 {
             let [d, n] = [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
             let p = Vec3::splat([0.5, 0.5, 1.0]) + d * stream.random_range(0.2..6.0_f32);
-            let pmf = |light: u32| table.pmf(p, n, Wrapping(light), true);
+            let pmf = |light: u32| table.pmf_one(p, n, Wrapping(light));
             let (mut seen, draws) = (vec![0_u32; all as usize], 512);
             for i in 0..draws {
-                let (light, own) = table.choose(p, n, (i as f32 + 0.5) / draws as f32, true);
+                let (light, own) = table.choose_one(p, n, (i as f32 + 0.5) / draws as f32);
                 assert!((own - pmf(light.0)).abs() <= 1e-5 * own, "{own} is not {}", pmf(light.0));
                 seen[light.0 as usize] += 1;
             }
             let mut is_lit = false;
             for (light, &times) in (0..all).zip(&seen) {
                 let own = pmf(light);
-                let gives = table.sample(Wrapping(light), p, [0.3, 0.6]).weight().r > 0.0;
+                let gives = table.sample_one(Wrapping(light), p, [0.3, 0.6]).weight().r > 0.0;
                 assert!(own > 0.0 || !gives, "light {light} is never chosen from {p:?}");
                 let expected = f64::from(own) * f64::from(draws);
                 assert!((f64::from(times) - expected).abs() < 2.5, "light {light}: {times} of {expected}");
@@ -444,7 +444,7 @@ fn lights_at_infinity_are_infinitely_far_away() {
     table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
     table.build_tree();
     let o = Vec3::splat([1.0_f32, -2.0, 0.5]);
-    let samples = [0, 1, 2].map(|light| table.sample(Wrapping(light), o, [0.3, 0.6]));
+    let samples = [0, 1, 2].map(|light| table.sample_one(Wrapping(light), o, [0.3, 0.6]));
     assert_eq!(samples.map(|sample| sample.infinite), [false, true, true]);
     assert_eq!(samples.map(|sample| sample.delta), [true, false, true]);
     for sample in samples {
@@ -476,8 +476,8 @@ fn escaped_radiance_is_weighted_by_the_density_of_its_light() {
     assert_eq!(seen.lane(0), [3.0, 4.0, 5.0]);
     assert_eq!(given.get(), 1.0 / (4.0 * std::f32::consts::PI));
     // The reported densities are those of sampling and, together with the pmf, of choosing.
-    let (light, pmf) = table.choose(Vec3::zero(), d, 0.75, true);
-    let sample = table.sample(light, Vec3::zero(), [0.1, 0.2]);
+    let (light, pmf) = table.choose_one(Vec3::zero(), d, 0.75);
+    let sample = table.sample_one(light, Vec3::zero(), [0.1, 0.2]);
     assert_eq!((light.0, sample.pdf), (1, given.get()));
     assert_eq!((pmf, table.pmf_of_infinite(Vec3::zero())), (0.5, 0.5));
 }

@@ -290,6 +290,12 @@ impl LaneFloat for Float16 {
         unsafe { run(kernel) }
     }
 
+    // Octets with the instructions of this level, which has more registers.
+    #[inline(always)]
+    fn with_octets<K: Kernel>(kernel: K) -> K::Output {
+        Self::outlined(kernel)
+    }
+
     #[inline(always)]
     fn seldom<K: Kernel>(kernel: K) -> K::Output {
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]

@@ -35,14 +35,16 @@ impl Level {
         let mut levels = Vec::new();
         #[cfg(target_arch = "x86_64")]
         {
-            let has_avx512 = is_x86_feature_detected!("avx512f")
+            let has_avx2 = is_x86_feature_detected!("avx2");
+            let has_avx512 = has_avx2
+                && is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512bw")
                 && is_x86_feature_detected!("avx512dq")
                 && is_x86_feature_detected!("avx512vl");
             if has_avx512 {
                 levels.push(Level(Width::Avx512));
             }
-            if is_x86_feature_detected!("avx2") {
+            if has_avx2 {
                 levels.push(Level(Width::Avx2));
             }
         }
@@ -99,7 +101,7 @@ pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
         // from `available`, which found AVX2.
         #[cfg(target_arch = "x86_64")]
         Width::Avx2 => unsafe { run_avx2(kernel) },
-        // SAFETY: likewise; `available` found all four features.
+        // SAFETY: likewise; `available` found all of its features.
         #[cfg(target_arch = "x86_64")]
         Width::Avx512 => unsafe { run_avx512(kernel) },
     }
@@ -113,6 +115,21 @@ pub(crate) fn dispatch_paths<K: Kernel>(level: Level, kernel: K) -> K::Output {
     return dispatch(level, kernel);
     #[cfg(test)]
     return kernel.run::<f32>();
+}
+
+/// Runs a program on paths that is a small part of the time of a render: with four or eight lanes, as compiling it for
+/// one and for sixteen takes longer than these levels gain. For unit tests, see [`dispatch_paths`].
+#[allow(unsafe_code, reason = "entering code compiled for more than the baseline processor")]
+pub(crate) fn dispatch_minor<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    #[cfg(test)]
+    return dispatch_paths(level, kernel);
+    #[cfg(not(test))]
+    match level.0 {
+        Width::Scalar | Width::Portable => kernel.run::<super::Four>(),
+        // SAFETY: both widths come from `available`, which found AVX2 for both.
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx2 | Width::Avx512 => unsafe { run_avx2(kernel) },
+    }
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -39,7 +39,7 @@ pub use number::{
     Value, layout_of,
 };
 
-pub(crate) use level::dispatch_paths;
+pub(crate) use level::{dispatch_minor, dispatch_paths};
 pub(crate) use macros::{function, value};
 
 /// Refuses to gather from a table that is empty, or longer than indices reach. The length is a value, as one that is

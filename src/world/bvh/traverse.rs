@@ -464,7 +464,7 @@ impl Bvh {
             return Hit::none();
         }
         let rays = Rays::new(ray, active);
-        let found = F::outlined(Closest { world: self, tree, rays, t_max: column(t_max) });
+        let found = F::with_octets(Closest { world: self, tree, rays, t_max: column(t_max) });
         Hit {
             t: F::load(&found.t),
             surface: F::Uint::load(&found.surface),
@@ -494,6 +494,6 @@ impl Bvh {
         let rays = Rays::new(ray, active);
         let ignores_meshes = ignores_meshes.bits();
         let any = Any { world: self, tree, rays, t_max: column(limit), ignores_meshes };
-        F::Mask::from_bits(F::outlined(any))
+        F::Mask::from_bits(F::with_octets(any))
     }
 }

@@ -6,6 +6,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `number` | recorded numbers, and their implementation of the number traits |
+//! | `control` | branches, loops and calls as they are recorded, for all structures |
 //! | `state` | the recording in progress: values, branches and loops |
 //! | `state::functions` | functions and calls of the recording in progress |
 //! | `graph` | one function: its operations, blocks and controls |
@@ -15,6 +16,7 @@
 //! | `schedule` | which operations are needed, and in which block |
 //! | `text`, `expression`, `operators`, `names` | WGSL |
 
+mod control;
 mod expression;
 mod fold;
 mod graph;

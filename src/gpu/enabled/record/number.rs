@@ -1,11 +1,13 @@
 //! Recorded numbers, and their implementation of the number traits.
 
-use super::graph::{Binary, ControlForm};
+use super::control::{self, Begun, Loop, constant};
+use super::graph::Binary;
 use super::kind::Kind;
 use super::state::{Handle, on_vectors, with};
 use crate::math::lanes::{Device, Function, Layout, Part, Value};
 use crate::math::{Float, Mask, Uint};
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+use std::vec;
 
 /// A float of a program.
 #[derive(Clone, Copy, Debug)]
@@ -203,12 +205,17 @@ fn handles([x, y, z]: [RecordedFloat; 3]) -> [Handle; 3] {
     [x.0, y.0, z.0]
 }
 
-/// The numbers of a structure. Like [`structure`], it is compiled once per type and not inlined at each call site;
-/// recording need not be fast.
+// What follows is compiled for every structure, and does the least possible itself: see `control.rs`.
+
+/// The numbers of a structure.
 #[inline(never)]
 fn numbers<T: Value<RecordedFloat>>(value: &T) -> Vec<(Handle, Kind)> {
     let mut parts = Vec::new();
     value.parts(&mut parts);
+    handles_of(&parts)
+}
+
+fn handles_of(parts: &[Part<RecordedFloat>]) -> Vec<(Handle, Kind)> {
     let number = |part: &Part<RecordedFloat>| match part {
         Part::Float(number) => (number.0, Kind::Float),
         Part::Uint(number) => (number.0, Kind::Uint),
@@ -220,6 +227,10 @@ fn numbers<T: Value<RecordedFloat>>(value: &T) -> Vec<(Handle, Kind)> {
 /// The structure with some numbers.
 #[inline(never)]
 fn structure<T: Value<RecordedFloat>>(handles: Vec<Handle>) -> T {
+    T::of_parts(&mut parts_of(&T::layout(), handles))
+}
+
+fn parts_of(layout: &Layout, handles: Vec<Handle>) -> vec::IntoIter<Part<RecordedFloat>> {
     fn kinds(layout: &Layout, into: &mut Vec<Kind>) {
         match layout {
             Layout::Float => into.push(Kind::Float),
@@ -231,14 +242,15 @@ fn structure<T: Value<RecordedFloat>>(handles: Vec<Handle>) -> T {
         }
     }
     let mut all = Vec::new();
-    kinds(&T::layout(), &mut all);
+    kinds(layout, &mut all);
     debug_assert_eq!(all.len(), handles.len());
-    let mut parts = handles.into_iter().zip(all).map(|(handle, kind)| match kind {
+    let part = |(handle, kind)| match kind {
         Kind::Uint => Part::Uint(RecordedUint(handle)),
         Kind::Mask => Part::Mask(RecordedMask(handle)),
         _ => Part::Float(RecordedFloat(handle)),
-    });
-    T::of_parts(&mut parts)
+    };
+    let parts: Vec<_> = handles.into_iter().zip(all).map(part).collect();
+    parts.into_iter()
 }
 
 /// Records a root: a function that need not be called by another one.
@@ -262,9 +274,9 @@ pub(super) fn callees<A: Value<Float32>, R: Value<Float32>>(
 }
 
 fn recorded<A: Value<Float32>, R: Value<Float32>>(function: &'static Function, body: impl FnOnce(A) -> R) {
-    if let Some(parameters) = with(|state| state.enter(function, A::layout())) {
+    if let Some(parameters) = control::enter(function, A::layout()) {
         let result = body(structure(parameters));
-        with(|state| state.leave(R::layout(), &numbers(&result)));
+        control::leave(R::layout(), &numbers(&result));
     }
 }
 
@@ -390,67 +402,60 @@ impl Float for RecordedFloat {
         })
     }
 
+    // Not inlined, as otherwise a program would be compiled as a few functions of immense length.
+    #[inline(never)]
     fn branch<T: Value<Self>>(mask: RecordedMask, otherwise: T, then: impl FnOnce() -> T) -> T {
-        let constant = with(|state| state.constant_mask(mask.0));
+        let constant = constant(mask.0);
         if constant == Some(false) {
             return otherwise;
         }
-        let layout = T::layout();
-        let begun = constant
-            .is_none()
-            .then(|| with(|state| (state.values(&layout, &numbers(&otherwise)), state.open(mask.0, true))));
+        let mut begun = None;
+        if constant.is_none() {
+            let layout = T::layout();
+            let otherwise = control::values(&layout, &numbers(&otherwise));
+            begun = Some((otherwise, Begun::new(mask.0, layout)));
+        }
         // Called once, as in `fork`: otherwise nested branches would double the code each time.
         let result = then();
-        let Some((second, block)) = begun else { return result };
-        structure(with(|state| {
-            let first = state.close(&layout, &numbers(&result));
-            let blocks = vec![block, state.empty(mask.0)];
-            state.end_branch(ControlForm::Branch, mask.0, blocks, first, second)
-        }))
+        let Some((otherwise, begun)) = begun else { return result };
+        structure(begun.end(&numbers(&result), otherwise))
     }
     fn guard<T: Value<Self>>(mask: RecordedMask, otherwise: T, then: impl FnOnce() -> T) -> T {
         Self::branch(mask, otherwise, then)
     }
+    #[inline(never)]
     fn fork<T: Value<Self>>(
         mask: RecordedMask,
         then: impl FnOnce() -> T,
         otherwise: impl FnOnce() -> T,
     ) -> T {
-        let constant = with(|state| state.constant_mask(mask.0));
-        let layout = T::layout();
+        let constant = constant(mask.0);
         let mut begun = None;
         if constant != Some(false) {
-            let then_block = constant.is_none().then(|| with(|state| state.open(mask.0, true)));
+            let first = constant.is_none().then(|| Begun::new(mask.0, T::layout()));
             let result = then();
-            let Some(then_block) = then_block else { return result };
-            let (first, else_block) =
-                with(|state| (state.close(&layout, &numbers(&result)), state.open(mask.0, false)));
-            begun = Some((then_block, first, else_block));
+            let Some(first) = first else { return result };
+            let turned = first.turn(&numbers(&result));
+            begun = Some((first, turned));
         }
         let result = otherwise();
-        let Some((then_block, first, else_block)) = begun else { return result };
-        structure(with(|state| {
-            let second = state.close(&layout, &numbers(&result));
-            state.end_branch(ControlForm::Fork, mask.0, vec![then_block, else_block], first, second)
-        }))
+        let Some((begun, turned)) = begun else { return result };
+        structure(begun.end_fork(turned, &numbers(&result)))
     }
+    #[inline(never)]
     fn repeat<T: Value<Self>>(
         live: RecordedMask,
         state: T,
         mut body: impl FnMut(T) -> (T, RecordedMask),
     ) -> T {
-        if with(|recording| recording.constant_mask(live.0)) == Some(false) {
+        if constant(live.0) == Some(false) {
             return state;
         }
-        let layout = T::layout();
-        let (before, (control, within)) = with(|recording| {
-            let before = recording.values(&layout, &numbers(&state));
-            let begun = recording.begin_loop(live.0, &before);
-            (before, begun)
-        });
+        let (begun, within) = Loop::new(live.0, T::layout(), &numbers(&state));
         let (next, stays) = body(structure(within));
-        structure(with(|recording| recording.end_loop(control, &before, &layout, &numbers(&next), stays.0)))
+        structure(begun.end(&numbers(&next), stays.0))
     }
+    #[inline(never)]
     fn call<A: Value<Self>, R: Value<Self>>(
         function: &'static Function,
         arguments: A,
@@ -458,7 +463,7 @@ impl Float for RecordedFloat {
     ) -> R {
         recorded(function, body);
         let layouts = (A::layout(), R::layout());
-        structure(with(|state| state.called(function, layouts, &numbers(&arguments))))
+        structure(control::called(function, layouts, &numbers(&arguments)))
     }
     fn out_of_line<T>(body: impl FnOnce() -> T) -> T {
         body()
@@ -468,6 +473,6 @@ impl Float for RecordedFloat {
             return output;
         }
         let layouts = (<D::Arguments<Self>>::layout(), <D::Output<Self>>::layout());
-        structure(with(|state| state.device(D::NAME, layouts, &numbers(&arguments))))
+        structure(control::device(D::NAME, layouts, &numbers(&arguments)))
     }
 }

@@ -6,6 +6,7 @@ use crate::math::{Float, Mask, Uint};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+use std::vec;
 
 /// A float with recorded calls.
 #[derive(Clone, Copy, Debug)]
@@ -55,10 +56,33 @@ pub(super) fn watch(work: impl FnOnce()) -> BTreeMap<&'static str, Calls> {
     CALLS.take()
 }
 
+/// The place for the next call of a function, if it is stored.
+fn place_of(function: &'static str) -> Option<usize> {
+    CALLS.with_borrow_mut(|all| all.entry(function).or_default().place())
+}
+
+/// Stores a call at its place.
+fn keep(function: &'static str, place: usize, call: Call) {
+    CALLS.with_borrow_mut(|all| {
+        let kept = &mut all.entry(function).or_default().kept;
+        if place == kept.len() {
+            kept.push(call);
+        } else {
+            kept[place] = call;
+        }
+    });
+}
+
+// What is generic does the least possible, as it is compiled for every structure.
+
 /// The bits of all numbers of a value.
 fn words(value: &impl Value<Watched>) -> Vec<u32> {
     let mut parts = Vec::new();
     value.parts(&mut parts);
+    words_of(&parts)
+}
+
+fn words_of(parts: &[Part<Watched>]) -> Vec<u32> {
     let word = |part: &Part<Watched>| match part {
         Part::Float(number) => number.0.to_bits(),
         Part::Uint(number) => number.0.0,
@@ -71,22 +95,32 @@ fn words(value: &impl Value<Watched>) -> Vec<u32> {
 fn watched<V: Value<Watched>>(value: &impl Value<f32>) -> V {
     let mut parts = Vec::new();
     value.parts(&mut parts);
-    V::of_parts(&mut parts.into_iter().map(|part| match part {
+    V::of_parts(&mut watched_parts(parts))
+}
+
+fn watched_parts(parts: Vec<Part<f32>>) -> vec::IntoIter<Part<Watched>> {
+    let watched = |part| match part {
         Part::Float(number) => Part::Float(Watched(number)),
         Part::Uint(number) => Part::Uint(WatchedUint(number)),
         Part::Mask(number) => Part::Mask(WatchedMask(number)),
-    }))
+    };
+    parts.into_iter().map(watched).collect::<Vec<_>>().into_iter()
 }
 
 /// The inverse conversion.
 fn plain<V: Value<f32>>(value: &impl Value<Watched>) -> V {
     let mut parts = Vec::new();
     value.parts(&mut parts);
-    V::of_parts(&mut parts.into_iter().map(|part| match part {
-        Part::Float(number) => Part::Float(number.0),
-        Part::Uint(number) => Part::Uint(number.0),
-        Part::Mask(number) => Part::Mask(number.0),
-    }))
+    V::of_parts(&mut plain_parts(parts))
+}
+
+fn plain_parts(parts: Vec<Part<Watched>>) -> vec::IntoIter<Part<f32>> {
+    let plain = |part| match part {
+        Part::Float(Watched(number)) => Part::Float(number),
+        Part::Uint(WatchedUint(number)) => Part::Uint(number),
+        Part::Mask(WatchedMask(number)) => Part::Mask(number),
+    };
+    parts.into_iter().map(plain).collect::<Vec<_>>().into_iter()
 }
 
 macro_rules! number {
@@ -283,17 +317,9 @@ impl Float for Watched {
         body: impl FnOnce(A) -> R,
     ) -> R {
         let result = body(arguments);
-        CALLS.with_borrow_mut(|all| {
-            let calls = all.entry(function.name).or_default();
-            if let Some(place) = calls.place() {
-                let call = Call { arguments: words(&arguments), result: words(&result) };
-                if place == calls.kept.len() {
-                    calls.kept.push(call);
-                } else {
-                    calls.kept[place] = call;
-                }
-            }
-        });
+        if let Some(place) = place_of(function.name) {
+            keep(function.name, place, Call { arguments: words(&arguments), result: words(&result) });
+        }
         result
     }
     // Hand-written functions are not stored, and not compiled a second time.

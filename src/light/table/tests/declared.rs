@@ -31,7 +31,8 @@ fn the_irradiance_of_a_spot_follows_its_falloff() {
                 );
                 let distance = stream.random_range(0.1..10.0);
                 let p = DVec3::from(light.position.map(f64::from)) + d * distance;
-                let sample = table.sample(Wrapping(0), Vec3::splat(p.to_array().map(|x| x as f32)), [0.0; 2]);
+                let sample =
+                    table.sample_one(Wrapping(0), Vec3::splat(p.to_array().map(|x| x as f32)), [0.0; 2]);
                 let angle = libm::acos(d.dot(DVec3::new(0.0, 0.6, 0.8)).clamp(-1.0, 1.0)).to_degrees();
                 let share = |angle: f64| {
                     let fall = |x: fn(f64) -> f64| {
@@ -75,7 +76,7 @@ fn a_narrow_spot_emits_its_power() {
                 let (mut flux, draws) = (0.0, 100_000);
                 for _ in 0..draws {
                     let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-                    flux += f64::from(table.emit::<f32>(Wrapping(0), u).flux().r);
+                    flux += f64::from(table.emit_one(Wrapping(0), u).flux().r);
                 }
                 let ratio = flux / f64::from(draws) / light.power();
                 assert!((ratio - 1.0).abs() < 1e-2, "{falloff:?}, {cone}, {penumbra}: {ratio} of the power");
@@ -101,8 +102,8 @@ fn spots_are_chosen_from_all_points_that_they_illuminate() {
                 let [d, n] =
                     [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
                 let p = Vec3::splat([1.0, 2.0, -3.0]) + d * stream.random_range(0.1..10.0_f32);
-                let gives = table.sample(Wrapping(0), p, [0.0; 2]).weight().r > 0.0;
-                let pmf = table.pmf(p, n, Wrapping(0), true);
+                let gives = table.sample_one(Wrapping(0), p, [0.0; 2]).weight().r > 0.0;
+                let pmf = table.pmf_one(p, n, Wrapping(0));
                 assert!(pmf > 0.0 || !gives, "{falloff:?}, {cone}, {penumbra}: {p:?}");
                 lit += u32::from(gives);
                 dark += u32::from(pmf == 0.0);
@@ -135,7 +136,7 @@ fn a_distant_disk_gives_its_irradiance() {
         let mut missed = 0;
         for _ in 0..10_000 {
             let u = [stream.random::<f32>(), stream.random()];
-            let sample = table.sample(Wrapping(0), Vec3::zero(), u);
+            let sample = table.sample_one(Wrapping(0), Vec3::zero(), u);
             let pdf = std::cell::Cell::new(0.0);
             let seen = table.escaped(sample.wi, |given| {
                 pdf.set(given);
@@ -157,7 +158,7 @@ fn a_distant_disk_gives_its_irradiance() {
     DirectionalLightParameters { direction, irradiance: [3.0; 3], angular_diameter: 0.009 }
         .add_to(&mut table);
     assert_eq!(table.delta_lights(), [0]);
-    let sample = table.sample(Wrapping(0), Vec3::<f32>::zero(), [0.0; 2]);
+    let sample = table.sample_one(Wrapping(0), Vec3::<f32>::zero(), [0.0; 2]);
     assert_eq!((sample.wi.lane(0), sample.weight().r), ([0.0, -0.6, 0.8], 3.0));
 }
 
@@ -172,7 +173,7 @@ fn power_is_the_emitted_flux() {
         let (mut flux, draws) = (0.0, 200_000);
         for _ in 0..draws {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-            flux += f64::from(table.emit::<f32>(Wrapping(0), u).flux().r);
+            flux += f64::from(table.emit_one(Wrapping(0), u).flux().r);
         }
         flux / f64::from(draws)
     };

@@ -257,6 +257,34 @@ fn materials_have_the_counterparts_of_their_plugins() {
 }
 
 #[test]
+fn a_grey_factor_of_a_conductor_is_a_mix_with_black() {
+    let of = |factor: &str| {
+        scene(&format!(
+            "<shape type=\"sphere\"><bsdf type=\"roughconductor\" id=\"m\"><string name=\"distribution\" value=\"ggx\"/>{factor}</bsdf></shape>"
+        ))
+    };
+    for (factor, amount) in [
+        ("<rgb name=\"specular_reflectance\" value=\"0.6, 0.6, 0.6\"/>", 0.6),
+        ("<spectrum name=\"specular_reflectance\" value=\"0.25\"/>", 0.25),
+    ] {
+        let scene = of(factor);
+        let material = &scene.materials[scene.entities[0].material];
+        let MaterialKind::Mix(mix) = &material.kind else { panic!("{material:?}") };
+        assert!((mix.amount - amount).abs() < 1e-6 && material.name == "m", "{material:?}");
+        let [black, metal] = [mix.a, mix.b].map(|index| &scene.materials[index].kind);
+        assert!(matches!(black, MaterialKind::Matte(matte) if matte.reflectance == [0.0; 3]), "{black:?}");
+        assert!(matches!(metal, MaterialKind::Conductor(_)), "{metal:?}");
+    }
+    // A colour has no counterpart, nor has a factor above one.
+    for factor in ["1", "0.6 0.6 0.5", "2"] {
+        let factor = format!("<rgb name=\"specular_reflectance\" value=\"{factor}\"/>");
+        let scene = of(&factor);
+        let kind = &scene.materials[scene.entities[0].material].kind;
+        assert!(matches!(kind, MaterialKind::Conductor(_)), "{factor}: {kind:?}");
+    }
+}
+
+#[test]
 fn a_light_without_a_bsdf_reflects_nothing() {
     let scene = scene(
         "<shape type=\"sphere\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"1 2 3\"/></emitter></shape>",

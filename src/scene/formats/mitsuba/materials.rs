@@ -261,7 +261,7 @@ impl Builder<'_, '_> {
 
     /// A mask. Passing through it is not a bounce in stride, but is one in Mitsuba.
     fn mask(&mut self, object: &Object) -> Read<usize> {
-        let opacity = self.shade(object, "opacity", 0.5, Of::Number)?;
+        let opacity = self.scalar(object, "opacity", 0.5)?;
         let inner = self.inner(object)?;
         let has_holes = self.scene.materials[inner].modifiers.opacity < 1.0
             || self.scene.materials[inner].textures.iter().any(|textured| textured.parameter == "opacity");
@@ -339,7 +339,7 @@ impl Builder<'_, '_> {
 
     /// A mix of two materials. A weight of 0 is the first one.
     fn blend(&mut self, object: &Object) -> Read<usize> {
-        let amount = self.shade(object, "weight", 0.5, Of::Number)?;
+        let amount = self.scalar(object, "weight", 0.5)?;
         let [a, b] = self.document.children(object, Tag::Bsdf)[..] else {
             return Err(self.reports.error(object.place, "bsdf \"blendbsdf\" needs two bsdfs in it"));
         };

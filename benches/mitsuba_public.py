@@ -49,8 +49,10 @@ ENOUGH = 0.0025
 OBJECTS = set("shape bsdf texture emitter sensor film rfilter sampler integrator medium phase volume".split())
 # What a film says of its pixels.
 SIDES = {"width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y"}
-# What has no counterpart, but does not matter to the pictures that are compared.
-OF_THE_JUDGE = re.compile(r'^(film|sampler|integrator|rfilter) "|" of (film|sampler|integrator) "|^hide_emitters ')
+# What has no counterpart, but does not matter to the pictures that are compared: the copies have axes of unit length.
+OF_THE_JUDGE = re.compile(
+    r'^(film|sampler|integrator|rfilter) "|" of (film|sampler|integrator) "|^hide_emitters |^an axis of a rotation '
+)
 DEFINES = {"spp": "16", "integrator": "path"}
 
 
@@ -80,6 +82,8 @@ class Scene:
                 self.defaults.add(element.get("name"))
             if element.tag in OBJECTS and element.get("type"):
                 self.features[f"{element.tag} {element.get('type')}"] += 1
+            if element.tag == "rotate":
+                normalise(element)
             if element.tag == "film":
                 for child in [child for child in element if child.get("name") in SIDES]:
                     element.remove(child)
@@ -110,6 +114,21 @@ class Scene:
                 with path.open("rb") as file:
                     return None if file.read(11) == b"version htt" else path
         return None
+
+
+def normalise(rotation):
+    """Gives the axis of a rotation unit length, which Mitsuba does not do."""
+    axis = [rotation.get(name, "0") for name in "xyz"]
+    if rotation.get("value"):
+        axis = re.split(r"[\s,]+", rotation.get("value").strip())
+    if any("$" in number for number in axis):
+        return
+    axis = np.array(axis if len(axis) == 3 else axis * 3, float)
+    length = np.linalg.norm(axis)
+    if length > 0:
+        rotation.attrib.pop("value", None)
+        for name, number in zip("xyz", axis / length):
+            rotation.set(name, repr(float(number)))
 
 
 def stand_in(name, folder):

@@ -4,8 +4,7 @@ use super::files::Files;
 use super::object::{Document, Object, Tag};
 use super::report::{Place, Read, Reported, Reports, UNREADABLE};
 use super::serialized;
-use super::shade::Shade;
-use super::spectrum::Of;
+use super::shade::{Shade, Taken};
 use crate::scene::check::{Part, SceneProblem};
 use crate::scene::description::{
     Entity, Group, Instance, Material, MaterialKind, Mesh, Scene, Texture, TextureKind, Textured,
@@ -48,9 +47,8 @@ pub(super) struct Builder<'a, 'w> {
     pub(super) are_one_sided: HashMap<usize, bool>,
     /// The results of converting textures, by their purpose.
     pub(super) shades: HashMap<Purpose, Read<Shade>>,
-    /// The texture of each object, by the quantity of its colours, and for its values or their square roots. For
-    /// pictures the quantity does not matter.
-    pub(super) textures: HashMap<(usize, Option<Of>, bool), usize>,
+    /// The texture of each object, by what is taken from it. For pictures that does not matter.
+    pub(super) textures: HashMap<(usize, Option<Taken>), usize>,
     /// The emission of emitters inside shapes, by the address of the emitter.
     pub(super) area_lights: HashMap<usize, Read<Emission>>,
     /// The group of each object that was converted, or none if the group is empty.
@@ -79,9 +77,8 @@ pub(super) struct Places {
     pub(super) lights: Vec<Place>,
 }
 
-/// A texture and its purpose: the quantity of its colours, whether their square roots are meant, and the bits of the
-/// default.
-pub(super) type Purpose = (usize, Of, bool, u64);
+/// A texture and its purpose: what is taken from it, and the bits of the default.
+pub(super) type Purpose = (usize, Taken, u64);
 
 /// A radiance, or a texture of it.
 pub(super) type Emission = ([f64; 3], Option<usize>);

@@ -29,6 +29,13 @@ impl Bound {
     }
 }
 
+/// The factor that a colour is, if it is grey and at most white. Spectra become colours with rounding errors.
+fn grey(colour: [f64; 3]) -> Option<f64> {
+    let [red, green, blue] = colour;
+    let is_grey = (red - green).abs().max((blue - green).abs()) <= 1e-6;
+    (is_grey && (0.0..=1.0 + 1e-6).contains(&green)).then(|| green.min(1.0))
+}
+
 impl Builder<'_, '_> {
     /// The material of a shape: that of its bsdf, or the default.
     pub(super) fn material_of(&mut self, shape: &Object, emits: bool) -> Read<usize> {
@@ -71,8 +78,8 @@ impl Builder<'_, '_> {
             "conductor" => self.conductor(object, false),
             "roughconductor" => self.conductor(object, true),
             "dielectric" => self.glass(object),
-            "roughdielectric" => self.dielectric(object),
-            "thindielectric" => self.thin_dielectric(object),
+            "roughdielectric" => self.dielectric(object, false),
+            "thindielectric" => self.dielectric(object, true),
             "twosided" => self.two_sided(object),
             "mask" => self.mask(object),
             "bumpmap" => self.bump_map(object),
@@ -131,13 +138,27 @@ impl Builder<'_, '_> {
         // Only the squares of η and k count, and fits of spectra may be below 0; the least η here reflects nearly everything.
         let (eta, k) = (eta.map(|eta| eta.abs().max(1e-3)), k.map(f64::abs));
         let tint = self.colour(object, "specular_reflectance", 1.0, Of::Reflectance)?;
-        if tint != [1.0; 3] {
+        let grey = grey(tint);
+        if grey.is_none() {
             let what = format!("specular_reflectance of {}", object.what());
             self.reports.lacks(object.place, what, "its reflectance follows from eta and k");
         }
         let roughness = if is_rough { self.widths(object, &mut bound)? } else { [0.0; 2] };
         let conductor = ConductorParameters { metal: None, eta: Some(eta), k: Some(k), roughness };
-        Ok(self.add_material(Some(object), object.place, conductor, bound.0))
+        let made = self.add_material(Some(object), object.place, conductor, bound.0);
+        Ok(match grey {
+            Some(factor) if factor < 1.0 => self.darkened(object, made, factor),
+            _ => made,
+        })
+    }
+
+    /// A material of which a factor reduces the reflectance: the fraction that it is of a mix with black.
+    fn darkened(&mut self, object: &Object, material: usize, factor: f64) -> usize {
+        let black = self.plain(true, object.place);
+        let mix = MixParameters { a: black, b: material, amount: factor };
+        let mix = self.add_material(Some(object), object.place, mix, Vec::new());
+        self.scene.materials[material].name.push_str(", undimmed");
+        mix
     }
 
     /// The roughness along u and along v of a microfacet bsdf: α = roughness².
@@ -188,31 +209,16 @@ impl Builder<'_, '_> {
         Ok(self.add_material(Some(object), object.place, glass, bound.0))
     }
 
-    fn dielectric(&mut self, object: &Object) -> Read<usize> {
+    /// A rough dielectric, or a smooth thin one.
+    fn dielectric(&mut self, object: &Object, is_thin: bool) -> Read<usize> {
         let mut bound = Bound::default();
         let ior = self.index(object, "bk7")?;
         let [reflectance, transmittance] = self.tints(object, &mut bound)?;
-        let roughness = self.widths(object, &mut bound)?;
+        let roughness = if is_thin { [0.0; 2] } else { self.widths(object, &mut bound)? };
         let dielectric = DielectricParameters {
             ior,
             roughness,
-            thin_walled: false,
-            absorption: [0.0; 3],
-            priority: 0.0,
-            reflectance,
-            transmittance,
-        };
-        Ok(self.add_material(Some(object), object.place, dielectric, bound.0))
-    }
-
-    fn thin_dielectric(&mut self, object: &Object) -> Read<usize> {
-        let mut bound = Bound::default();
-        let ior = self.index(object, "bk7")?;
-        let [reflectance, transmittance] = self.tints(object, &mut bound)?;
-        let dielectric = DielectricParameters {
-            ior,
-            roughness: [0.0; 2],
-            thin_walled: true,
+            thin_walled: is_thin,
             absorption: [0.0; 3],
             priority: 0.0,
             reflectance,
@@ -255,7 +261,7 @@ impl Builder<'_, '_> {
 
     /// A mask. Passing through it is not a bounce in stride, but is one in Mitsuba.
     fn mask(&mut self, object: &Object) -> Read<usize> {
-        let opacity = self.shade(object, "opacity", 0.5, Of::Number)?;
+        let opacity = self.scalar(object, "opacity", 0.5)?;
         let inner = self.inner(object)?;
         let has_holes = self.scene.materials[inner].modifiers.opacity < 1.0
             || self.scene.materials[inner].textures.iter().any(|textured| textured.parameter == "opacity");
@@ -333,7 +339,7 @@ impl Builder<'_, '_> {
 
     /// A mix of two materials. A weight of 0 is the first one.
     fn blend(&mut self, object: &Object) -> Read<usize> {
-        let amount = self.shade(object, "weight", 0.5, Of::Number)?;
+        let amount = self.scalar(object, "weight", 0.5)?;
         let [a, b] = self.document.children(object, Tag::Bsdf)[..] else {
             return Err(self.reports.error(object.place, "bsdf \"blendbsdf\" needs two bsdfs in it"));
         };

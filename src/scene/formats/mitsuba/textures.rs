@@ -3,7 +3,7 @@
 use super::builder::Builder;
 use super::object::{Object, Property, Tag, Value};
 use super::report::Read;
-use super::shade::Shade;
+use super::shade::{Shade, Taken};
 use super::spectrum::{Of, Spectrum};
 use super::text::numbers;
 use crate::parameter::{ImageIndex, Varying};
@@ -15,19 +15,24 @@ use glam::{DMat2, DMat4, DVec2};
 impl Builder<'_, '_> {
     /// A property that may be a number, a colour, a spectrum or a texture.
     pub(super) fn shade(&mut self, object: &Object, name: &str, default: f64, of: Of) -> Read<Shade> {
+        self.taken(object, name, default, Taken::Colour(of))
+    }
+
+    /// A property that may be a number, or a texture of which one number is used.
+    pub(super) fn scalar(&mut self, object: &Object, name: &str, default: f64) -> Read<Shade> {
+        self.taken(object, name, default, Taken::Number)
+    }
+
+    fn taken(&mut self, object: &Object, name: &str, default: f64, taken: Taken) -> Read<Shade> {
         match object.find(name) {
             None => Ok(Shade::Colour([default; 3])),
-            Some(property) => self.shade_of(object, property, default, of, false),
+            Some(property) => self.shade_of(object, property, default, taken),
         }
     }
 
     /// The roughness for a property that is the α of a microfacet distribution: roughness = √α.
     pub(super) fn roughness(&mut self, object: &Object, name: &str, default: f64) -> Read<Shade> {
-        let shade = match object.find(name) {
-            None => Shade::Colour([default; 3]),
-            Some(property) => self.shade_of(object, property, default, Of::Number, true)?,
-        };
-        Ok(match shade {
+        Ok(match self.taken(object, name, default, Taken::Alpha)? {
             Shade::Colour(alpha) => Shade::Colour(alpha.map(f64::sqrt)),
             texture => texture,
         })
@@ -43,21 +48,14 @@ impl Builder<'_, '_> {
         Ok(shade.colour_or([default; 3]))
     }
 
-    fn shade_of(
-        &mut self,
-        object: &Object,
-        property: &Property,
-        default: f64,
-        of: Of,
-        is_width: bool,
-    ) -> Read<Shade> {
+    fn shade_of(&mut self, object: &Object, property: &Property, default: f64, taken: Taken) -> Read<Shade> {
         Ok(Shade::Colour(match &property.value {
             Value::Number(number) => [*number; 3],
             Value::Whole(number) => [*number as f64; 3],
             Value::Rgb(colour) => *colour,
-            Value::Spectrum(spectrum) => spectrum.colour(of),
+            Value::Spectrum(spectrum) => spectrum.colour(taken.of()),
             &Value::Object(index) if self.document.objects[index].tag == Tag::Texture => {
-                return self.texture(index, default, of, is_width);
+                return self.texture(index, default, taken);
             }
             _ => {
                 let message =
@@ -69,7 +67,7 @@ impl Builder<'_, '_> {
 
     /// The texture of a normal map or a bump map, which may be constant.
     pub(super) fn map(&mut self, index: usize) -> Read<usize> {
-        Ok(match self.texture(index, 0.5, Of::Number, false)? {
+        Ok(match self.texture(index, 0.5, Taken::Colour(Of::Number))? {
             Shade::Texture(texture) => texture,
             Shade::Colour(colour) => {
                 let value = Varying::Colour(colour);
@@ -79,21 +77,21 @@ impl Builder<'_, '_> {
     }
 
     /// The texture of an object with the tag `texture`. It is converted once for each purpose.
-    fn texture(&mut self, index: usize, default: f64, of: Of, is_width: bool) -> Read<Shade> {
-        let purpose = (index, of, is_width, default.to_bits());
+    fn texture(&mut self, index: usize, default: f64, taken: Taken) -> Read<Shade> {
+        let purpose = (index, taken, default.to_bits());
         if let Some(&known) = self.shades.get(&purpose) {
             return known;
         }
-        let shade = self.new_texture(index, default, of, is_width);
+        let shade = self.new_texture(index, default, taken);
         self.shades.insert(purpose, shade);
         shade
     }
 
-    fn new_texture(&mut self, index: usize, default: f64, of: Of, is_width: bool) -> Read<Shade> {
-        let object = self.object(index);
+    fn new_texture(&mut self, index: usize, default: f64, taken: Taken) -> Read<Shade> {
+        let (object, of) = (self.object(index), taken.of());
         let spectrum = match object.plugin.as_str() {
-            "bitmap" => return self.bitmap(index, default, is_width),
-            "checkerboard" => return self.checkerboard(index, of, is_width),
+            "bitmap" => return self.bitmap(index, default, taken),
+            "checkerboard" => return self.checkerboard(index, taken),
             "srgb" => return self.shade(object, "color", default, of),
             "uniform" => return self.shade(object, "value", 1.0, of),
             "rawconstant" => {
@@ -159,15 +157,15 @@ impl Builder<'_, '_> {
         Spectrum::of(pairs).map_err(|message| self.reports.error(object.place, message))
     }
 
-    fn bitmap(&mut self, index: usize, default: f64, is_width: bool) -> Read<Shade> {
+    fn bitmap(&mut self, index: usize, default: f64, taken: Taken) -> Read<Shade> {
         let object = self.object(index);
-        if is_width {
+        if taken == Taken::Alpha {
             // stride would interpolate square roots of texels, where Mitsuba interpolates the texels.
             let what = "a bitmap as the alpha of a bsdf";
             self.reports.lacks(object.place, what, "the default of alpha is rendered instead");
             return Ok(Shade::Colour([default; 3]));
         }
-        if let Some(&known) = self.textures.get(&(index, None, false)) {
+        if let Some(&known) = self.textures.get(&(index, None)) {
             return Ok(Shade::Texture(known));
         }
         object.ignore(&["format", "accel"]);
@@ -198,20 +196,20 @@ impl Builder<'_, '_> {
             uv_set: 0.0,
         };
         let texture = self.add_texture(object, texture);
-        self.textures.insert((index, None, false), texture);
+        self.textures.insert((index, None), texture);
         Ok(Shade::Texture(texture))
     }
 
-    fn checkerboard(&mut self, index: usize, of: Of, is_width: bool) -> Read<Shade> {
+    /// A checkerboard. Where Mitsuba takes one number from it, its two values change places (`eval_1`, version 3.9.1).
+    fn checkerboard(&mut self, index: usize, taken: Taken) -> Read<Shade> {
         let object = self.object(index);
-        if let Some(&known) = self.textures.get(&(index, Some(of), is_width)) {
+        if let Some(&known) = self.textures.get(&(index, Some(taken))) {
             return Ok(Shade::Texture(known));
         }
         let mut check = |name: &str, default: f64| {
-            let shade = if is_width {
-                self.roughness(object, name, default)?
-            } else {
-                self.shade(object, name, default, of)?
+            let shade = match taken {
+                Taken::Alpha => self.roughness(object, name, default)?,
+                Taken::Colour(_) | Taken::Number => self.taken(object, name, default, taken)?,
             };
             Ok(match shade {
                 Shade::Colour(colour) => Varying::Colour(colour),
@@ -232,9 +230,10 @@ impl Builder<'_, '_> {
                 ([2.0; 2], false)
             }
         };
-        let (even, odd) = if turned { (odd, even) } else { (even, odd) };
+        let is_number = !matches!(taken, Taken::Colour(_));
+        let (even, odd) = if turned != is_number { (odd, even) } else { (even, odd) };
         let texture = self.add_texture(object, CheckerboardTexture { even, odd, checks_per_unit });
-        self.textures.insert((index, Some(of), is_width), texture);
+        self.textures.insert((index, Some(taken)), texture);
         Ok(Shade::Texture(texture))
     }
 

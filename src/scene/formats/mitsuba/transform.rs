@@ -3,6 +3,9 @@
 use super::text::{number, numbers, triple};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
+/// The difference from a length of one up to which an axis is a rounded unit vector: files have three decimals or more.
+const ROUNDED_AXIS: f64 = 2e-3;
+
 /// The attributes of a step's element, by name.
 pub(super) type Attribute<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
 
@@ -45,6 +48,12 @@ pub(super) fn vector(attribute: Attribute<'_>, default: f64) -> Result<DVec3, St
         }
     }
     Ok(vector)
+}
+
+/// Whether a step is a rotation whose axis is not of unit length. Mitsuba does not normalise axes: such a rotation also
+/// scales and shears there.
+pub(super) fn has_long_axis(element: &str, attribute: Attribute<'_>) -> bool {
+    element == "rotate" && vector(attribute, 0.0).is_ok_and(|axis| (axis.length() - 1.0).abs() > ROUNDED_AXIS)
 }
 
 fn rotate(attribute: Attribute<'_>) -> Result<DMat4, String> {
@@ -133,6 +142,16 @@ mod tests {
             [2.0, 1.0, 3.0]
         );
         assert!(step("shear", &|_| None).is_none());
+    }
+
+    #[test]
+    fn axes_with_rounded_numbers_have_unit_length() {
+        let is_long = |element: &str, axis: &str| {
+            has_long_axis(element, &|name: &str| (name == "value").then_some(axis))
+        };
+        assert!(is_long("rotate", "0 1 1") && is_long("rotate", "0 0 0.99") && is_long("rotate", "2"));
+        assert!(!is_long("rotate", "0.577 0.577 0.577") && !is_long("rotate", "0 -1 0"));
+        assert!(!is_long("translate", "0 1 1") && !is_long("rotate", "no number"));
     }
 
     #[test]

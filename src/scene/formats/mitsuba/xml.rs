@@ -405,6 +405,10 @@ impl Parser<'_> {
                 Some(matrix) => {
                     self.only(&step, transform::attributes(step.name))?;
                     all = matrix.map_err(|message| self.reports.error(step.place, message))? * all;
+                    if transform::has_long_axis(step.name, &attribute) {
+                        let what = "an axis of a rotation that is not of unit length";
+                        self.reports.lacks(step.place, what, "it is normalised");
+                    }
                 }
                 None => {
                     let message = format!("<{}> is no step of a transform", step.name);

@@ -75,6 +75,21 @@ fn objects_of_the_scene_that_others_refer_to_are_not_left_out() {
 }
 
 #[test]
+fn long_axes_of_rotations_are_reported_once_and_normalised() {
+    let shape = |axis: &str| {
+        format!(
+            "<shape type=\"rectangle\"><transform name=\"to_world\"><rotate {axis} angle=\"90\"/></transform></shape>"
+        )
+    };
+    let body = format!("{}\n{}\n{}", shape("z=\"1\""), shape("z=\"2\""), shape("value=\"0 1 1\""));
+    let told = "a.xml:3:52: an axis of a rotation that is not of unit length has no counterpart (2 in all, the first one here); it is normalised";
+    assert_eq!(warnings(&body), [told]);
+    let scene = scene(&body);
+    assert_eq!(scene.entities[0].shape, scene.entities[1].shape);
+    assert_eq!(warnings(&shape("value=\"0.577 0.577 0.577\"")), [""; 0]);
+}
+
+#[test]
 fn unknown_properties_are_reported() {
     let body = "<shape type=\"sphere\"><float name=\"radios\" value=\"2\"/></shape>";
     assert_eq!(

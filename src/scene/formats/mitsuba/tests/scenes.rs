@@ -257,6 +257,34 @@ fn materials_have_the_counterparts_of_their_plugins() {
 }
 
 #[test]
+fn a_grey_factor_of_a_conductor_is_a_mix_with_black() {
+    let of = |factor: &str| {
+        scene(&format!(
+            "<shape type=\"sphere\"><bsdf type=\"roughconductor\" id=\"m\"><string name=\"distribution\" value=\"ggx\"/>{factor}</bsdf></shape>"
+        ))
+    };
+    for (factor, amount) in [
+        ("<rgb name=\"specular_reflectance\" value=\"0.6, 0.6, 0.6\"/>", 0.6),
+        ("<spectrum name=\"specular_reflectance\" value=\"0.25\"/>", 0.25),
+    ] {
+        let scene = of(factor);
+        let material = &scene.materials[scene.entities[0].material];
+        let MaterialKind::Mix(mix) = &material.kind else { panic!("{material:?}") };
+        assert!((mix.amount - amount).abs() < 1e-6 && material.name == "m", "{material:?}");
+        let [black, metal] = [mix.a, mix.b].map(|index| &scene.materials[index].kind);
+        assert!(matches!(black, MaterialKind::Matte(matte) if matte.reflectance == [0.0; 3]), "{black:?}");
+        assert!(matches!(metal, MaterialKind::Conductor(_)), "{metal:?}");
+    }
+    // A colour has no counterpart, nor has a factor above one.
+    for factor in ["1", "0.6 0.6 0.5", "2"] {
+        let factor = format!("<rgb name=\"specular_reflectance\" value=\"{factor}\"/>");
+        let scene = of(&factor);
+        let kind = &scene.materials[scene.entities[0].material].kind;
+        assert!(matches!(kind, MaterialKind::Conductor(_)), "{factor}: {kind:?}");
+    }
+}
+
+#[test]
 fn a_light_without_a_bsdf_reflects_nothing() {
     let scene = scene(
         "<shape type=\"sphere\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"1 2 3\"/></emitter></shape>",
@@ -289,10 +317,38 @@ fn a_texture_of_alpha_becomes_one_of_roughness() {
     assert_eq!(scene.materials[0].textures[0].parameter, "roughness");
     match scene.textures[0].kind {
         TextureKind::Checkerboard(board) => {
-            assert_eq!((board.even, board.odd), (Varying::Colour([0.2; 3]), Varying::Colour([0.5; 3])));
+            assert_eq!((board.even, board.odd), (Varying::Colour([0.5; 3]), Varying::Colour([0.2; 3])));
         }
         ref other => panic!("{other:?}"),
     }
+}
+
+/// The same texture as a colour and as a number: as a number, its values change places in Mitsuba.
+#[test]
+fn checks_change_places_where_they_are_numbers() {
+    let board = "<texture type=\"checkerboard\" id=\"t\"><float name=\"color0\" value=\"0.1\"/><float name=\"color1\" value=\"0.9\"/></texture>";
+    let of = |bsdf: &str, parameter: &str| {
+        let scene = scene(&format!("{board}<shape type=\"sphere\">{bsdf}</shape>"));
+        let mut textures = scene.materials.iter().flat_map(|material| &material.textures);
+        let textured = textures.find(|textured| textured.parameter == parameter).expect(parameter);
+        match scene.textures[textured.texture].kind {
+            TextureKind::Checkerboard(board) => board.even,
+            ref other => panic!("{other:?}"),
+        }
+    };
+    let diffuse = "<bsdf type=\"diffuse\"><ref name=\"reflectance\" id=\"t\"/></bsdf>";
+    let colour = Varying::Colour([0.1; 3]);
+    assert_eq!(of(diffuse, "reflectance"), colour);
+    let metal = "<bsdf type=\"conductor\"><ref name=\"k\" id=\"t\"/></bsdf>";
+    assert_eq!(of(metal, "k"), colour);
+    let number = Varying::Colour([0.9; 3]);
+    // The texture of the material inside is read first, and stays as it is.
+    let mask = format!("<bsdf type=\"mask\"><ref name=\"opacity\" id=\"t\"/>{diffuse}</bsdf>");
+    assert_eq!((of(&mask, "opacity"), of(&mask, "reflectance")), (number, colour));
+    let blend = format!(
+        "<bsdf type=\"blendbsdf\"><ref name=\"weight\" id=\"t\"/>{diffuse}<bsdf type=\"conductor\"/></bsdf>"
+    );
+    assert_eq!(of(&blend, "amount"), number);
 }
 
 #[test]

@@ -34,7 +34,7 @@
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | pixels, regions and samples; random streams; warps, each beside its density |
 //! | [`parameter`] | the declaration of shapes, textures, materials and lights |
-//! | [`shape`] | plane, sphere, quad, disk, cylinder, box, triangle mesh |
+//! | [`shape`] | the shapes, in a file each; triangle meshes |
 //! | [`texture`] | textures and images |
 //! | [`material`] | materials, and the lobes that they are made of |
 //! | [`light`] | the interface of lights, area and point lights, and light sampling |

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `building` | building scenes in code |
 //! | [`check`] | the invariants of a scene |
+//! | `dark_lights` | warnings about lights that can reach no surface |
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their positions |
 //! | [`fingerprint`] | digests of scenes, and their differences |
@@ -38,6 +39,7 @@
 
 mod building;
 pub mod check;
+mod dark_lights;
 pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;

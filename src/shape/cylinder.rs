@@ -162,7 +162,9 @@ impl SurfaceFunctions for Cylinder {
         let w = p - surface.anchor;
         let across = w - surface.axis * w.dot(surface.axis);
         let length = across.length();
-        (across * (F::splat(1.0) / length), length - surface.constant)
+        // Of a radius below the rounding errors of the hit, that may be on the axis.
+        let normal = Vec3::select(length.gt(F::zero()), across * (F::splat(1.0) / length), surface.u_axis);
+        (normal, length - surface.constant)
     }
 
     /// The direction of increasing angle.
@@ -187,6 +189,7 @@ impl SurfaceFunctions for Cylinder {
     #[inline(always)]
     fn uv_gradients<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> [Vec3<F>; 2] {
         let around = surface.axis.cross(p - surface.anchor);
-        [around * (F::splat(1.0 / TAU) / around.dot(around)), surface.v_axis]
+        let square = around.dot(around).max(F::splat(f32::MIN_POSITIVE));
+        [around * (F::splat(1.0 / TAU) / square), surface.v_axis]
     }
 }

@@ -1,9 +1,7 @@
 //! Shapes: the first hit of a ray on a surface, and the properties of the surface at a hit.
 //!
 //! Distances are multiples of the ray's direction, which has unit length except in groups; [`NOTHING`] means no hit. The
-//! outward side is that of the normal of a
-//! plane or disk, the outside of a sphere, and the side of u × v of a quad. For a triangle it is the counter-clockwise
-//! side, and for a cylinder the side away from its axis. A box is six quads.
+//! description of each shape's parameters says which side is outward.
 
 mod cuboid;
 mod custom;
@@ -79,6 +77,9 @@ pub trait Shape {
     /// The distance to the first hit in front of the ray's origin, or [`NOTHING`]. A point at the origin itself is not
     /// a hit.
     ///
+    /// The numbers of the shape are constants of the ray's type, [`Float::splat`]. (`Float::given`, for numbers that the
+    /// GPU reads from a buffer, is for functions that are recorded for it; `intersect` is written for the GPU by hand.)
+    ///
     /// Custom shapes are also called with rays of groups, whose directions have any length; the distance is then in
     /// units of that length. Lengths of a scene lie between 1e-18 and 1e18, so their squares are finite, but higher
     /// powers are not: a formula of a higher degree must scale its numbers first.
@@ -93,21 +94,29 @@ pub trait Shape {
 
 /// A shape whose hits are completed by functions of its own, from the numbers of its [`Surface`], apart from those on
 /// other surfaces.
+///
+/// All functions return finite numbers for every finite point, also where a quotient has the divisor zero: lanes share
+/// code, and a sample with a NaN is rejected. A unit test evaluates them at singular points of the samples of all shapes.
 trait SurfaceFunctions: Shape {
     /// The outward unit normal of the surface at its point nearest to `p`, and the distance of `p` from the surface
     /// along that normal. `p` is a computed hit: off by rounding errors only.
+    ///
+    /// Where the surface has no normal, such as at the apex of a cone, or has several nearest points, such as on the axis
+    /// of a cylinder that is thinner than the rounding errors, the normal is a fixed unit vector of the shape.
     fn point<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> (Vec3<F>, F);
 
-    /// The direction, at a point on the surface, in which u increases and v is constant, of any length.
+    /// The direction, at a point on the surface, in which u increases and v is constant, of any length; zero where there
+    /// is none, such as in the centre of a disk.
     fn tangent<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> Vec3<F>;
 
-    /// uv at a point on the surface, given its outward unit normal `n`.
+    /// uv at a point on the surface, given its outward unit normal `n`. Where uv converge, any of their values.
     fn uv<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2];
 
     /// The area of uv per area of the surface at a point on it; large where it is unbounded.
     fn uv_per_area<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> F;
 
-    /// The gradients of u and v along the surface at a point on it.
+    /// The gradients of u and v along the surface at a point on it: perpendicular to the normal, and large where they are
+    /// unbounded.
     fn uv_gradients<F: Float>(surface: &CustomSurface<F>, p: Vec3<F>) -> [Vec3<F>; 2];
 }
 
@@ -209,5 +218,13 @@ pub fn offset_origin<F: Float>(p: Vec3<F>, n: Vec3<F>, error: F, d: Vec3<F>) -> 
     p + n * error.copysign(n.dot(d))
 }
 
+#[cfg(test)]
+#[allow(dead_code, reason = "the integration tests use the rest")]
+pub(crate) mod samples {
+    use super::{AnyShape as Shape, Mesh, list::*};
+    use glam::{DAffine3, DMat3, DVec3};
+    use std::sync::Arc;
+    include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/shapes.rs"));
+}
 #[cfg(test)]
 mod tests;

@@ -2,8 +2,9 @@
 //! 10⁻⁶ to 10⁶. The processing of hits is tested in `tests/transport/hits.rs`.
 
 use super::*;
+use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::Stream;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rand::RngExt;
 
 const U: f64 = UNIT_ROUNDOFF as f64;
@@ -494,4 +495,71 @@ fn an_offset_origin_lies_on_the_side_that_the_direction_points_to() {
     let origin = |z| offset_origin(Vec3::splat([1.0, 2.0, 3.0]), n, 0.25, Vec3::splat([0.6, 0.0, z]));
     assert_eq!(origin(0.8), Vec3::splat([1.0, 2.0, 3.25]));
     assert_eq!(origin(-0.8), Vec3::splat([1.0, 2.0, 2.75]));
+}
+
+/// The samples stand for all kinds: a new one without a sample would be left out of every test that uses them.
+#[test]
+fn there_is_one_sample_of_every_kind() {
+    use crate::parameter::Family;
+    let all = samples::samples();
+    let declared = AnyShape::DECLARATIONS.iter().map(|declaration| declaration.name);
+    for name in declared.chain(["mesh"]) {
+        let count = all.iter().filter(|(sample, _)| *sample == name).count();
+        assert_eq!(count, 1, "{name}: its sample has to be in tests/common/shapes.rs");
+    }
+    for (name, shape) in &all {
+        let declared = shape.place().map_or("mesh", |place| AnyShape::DECLARATIONS[place].name);
+        assert_eq!(declared, *name);
+    }
+}
+
+/// Hits of custom shapes have a normal of length one and finite numbers everywhere, also where the surface has no normal
+/// or uv converge: in the middle, on the axes through it, and at the corners and the centres of the sides of the bounds.
+#[test]
+fn custom_shapes_have_a_normal_and_finite_uv_everywhere() {
+    let stream = &mut Stream::new(12, 0, 0);
+    let mut points = 0;
+    for (name, shape) in samples::samples() {
+        for scale in SCALES {
+            let place = DAffine3::from_scale(DVec3::splat(scale));
+            let custom = samples::placed(&shape, &place).0.into_iter().flat_map(|shape| shape.pieces());
+            for piece in custom.filter(|piece| matches!(piece, Piece::Custom(_))) {
+                let (surface, bounds) = (piece.surface(), piece.bounds());
+                let SurfaceKind::Custom(kind) = surface.kind else { panic!("{name}: {:?}", surface.kind) };
+                let (kind, form) = (Wrapping(kind.number()), surface.custom_surface());
+                let [low, high] = [array(bounds.low), array(bounds.high)];
+                let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
+                let steps = [-1.0, 0.0, 1.0];
+                let grid = steps.map(|x| steps.map(|y| steps.map(|z| DVec3::new(x, y, z))));
+                let mut all: Vec<Vec3<f32>> = grid
+                    .as_flattened()
+                    .as_flattened()
+                    .iter()
+                    .map(|step| narrow(middle + half * *step))
+                    .collect();
+                all.push(form.anchor);
+                for axis in [form.axis, form.u_axis, form.v_axis] {
+                    all.extend([-0.5, 1e-3, 1.0].map(|t| form.anchor + axis * (t * scale as f32)));
+                }
+                all.extend((0..1000).map(|_| narrow(middle + half * direction(stream))));
+                for p in all {
+                    points += 1;
+                    let (n, distance) = form.point(kind, p);
+                    assert!((n.length() - 1.0).abs() < 1e-5, "{name} at {p:?}: normal {n:?}");
+                    let [u, v] = form.uv(kind, p, n);
+                    let [a, b] = form.uv_gradients(kind, p);
+                    let tangent = form.tangent(kind, p);
+                    let area = form.uv_per_area(kind, p);
+                    let vectors =
+                        [a, b, tangent].iter().all(|d| d.x.is_finite() && d.y.is_finite() && d.z.is_finite());
+                    let numbers = [distance, u, v, area].iter().all(|x| x.is_finite());
+                    assert!(
+                        vectors && numbers && area >= 0.0,
+                        "{name} at {p:?}: {n:?}, {distance}, {u}, {v}, {area}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(points > 10_000, "{points}");
 }

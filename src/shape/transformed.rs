@@ -23,8 +23,8 @@ fn only_scales(a: &DMat3) -> bool {
 }
 
 /// The pieces of a transformed shape, and whether their outward side has been exchanged with the other one. `None` if
-/// the result is not a shape of the same kind. With `keeps_uv` its uv are unchanged, too; otherwise those of spheres,
-/// disks and cylinders, which follow the world's axes, may be rotated.
+/// the result is not a shape of the same kind. With `keeps_uv` its uv are unchanged, too; otherwise those of shapes
+/// whose uv follow the world's axes may be rotated.
 ///
 /// `None` for a mesh, whose triangles are stored separately.
 pub fn transformed(shape: &AnyShape, transform: &DAffine3, keeps_uv: bool) -> Option<(Vec<Piece>, bool)> {

@@ -1,4 +1,4 @@
-//! Hits on custom shapes, which are disks and cylinders. They are completed lane by lane in separate functions, so that
+//! Hits on custom shapes. They are completed lane by lane in separate functions, so that
 //! the paths of other scenes contain no code for them.
 
 use super::attributes::SurfaceAttributes;

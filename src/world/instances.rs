@@ -174,7 +174,7 @@ pub struct Members {
     pub spheres: Vec<(Sphere, u32)>,
     /// The quads.
     pub quads: Vec<(Quad, u32)>,
-    /// The custom shapes: disks and cylinders.
+    /// The custom shapes.
     pub custom: Vec<(CustomShape, u32)>,
 }
 

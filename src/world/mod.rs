@@ -17,7 +17,7 @@
 //! | `instances` | the transforms of instances, and rays in their spaces |
 //! | `surfaces` | the rows that hits look up: material, emission, normals, tangents, uv |
 //! | `attributes` | the attributes of a surface other than its geometry |
-//! | `custom` | normals, tangents and uv of hits on disks and cylinders |
+//! | `custom` | normals, tangents and uv of hits on custom shapes |
 //! | `modified` | the material of a hit, with mixes, holes, back sides and maps resolved |
 //! | `interaction` | a hit with all inputs of scattering, and the rays that leave it |
 //! | `bent` | shading normals bent to keep light on the correct side of a surface |

@@ -16,7 +16,7 @@ pub struct Simple {
     pub spheres: Vec<(Sphere, u32)>,
     /// The quads, in the same form.
     pub quads: Vec<(Quad, u32)>,
-    /// The custom shapes, disks and cylinders, in the same form.
+    /// The custom shapes, in the same form.
     pub custom: Vec<(CustomShape, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,

@@ -1,6 +1,7 @@
 // Textures of every kind and pictures of every depth, on materials of every kind; dielectrics that absorb and overlap;
 // shapes in groups; and materials with modifiers. This file is included in modules with `ColorSpace`, `Depth`,
-// `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`, and `Arc`.
+// `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`, `Arc`, and the samples
+// of `shapes.rs`.
 
 /// A picture of pseudorandom numbers, the same in every run.
 pub(super) fn speckled(size: [u32; 2], channels: u32, depth: Depth, seed: u32) -> Arc<Picture> {
@@ -158,25 +159,9 @@ pub(super) fn interior_materials() -> Vec<Material> {
 }
 
 /// Every bounded shape around the origin, with a size of about one, of consecutive materials.
-pub(super) fn bounded_shapes(first_material: usize) -> Vec<Entity> {
-    let v = DVec3::new;
-    let [a, b, c, d] = [[0.0, -1.6, -0.4], [0.5, -1.3, -0.4], [-0.4, -1.2, -0.3], [0.1, -1.4, 0.5]];
-    let tetrahedron = Mesh {
-        positions: vec![a, b, c, d],
-        uv: vec![[0.0, 0.0], [1.0, 0.2], [0.3, 1.1], [0.7, 0.6]],
-        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
-        ..Mesh::default()
-    };
-    let shapes: Vec<Shape> = vec![
-        SphereParameters { center: v(0.2, 0.1, 0.4), radius: 0.5 }.into(),
-        QuadParameters { corner: v(-1.2, -0.5, -0.6), u: v(0.8, 0.1, 0.2), v: v(0.1, 0.9, 0.3) }.into(),
-        BoxParameters { min: v(0.9, -0.4, -0.5), max: v(1.5, 0.3, 0.4) }.into(),
-        DiskParameters { center: v(0.0, 1.2, 0.1), normal: v(0.6, 0.0, 0.8), radius: 0.5 }.into(),
-        CylinderParameters { from: v(-0.9, 0.9, -0.8), to: v(-0.7, 1.3, 0.5), radius: 0.25 }.into(),
-        Shape::Mesh { mesh: Arc::new(tetrahedron), transform: DAffine3::IDENTITY },
-    ];
-    let entity = |(i, shape)| Entity { shape, material: first_material + i, ..Entity::default() };
-    shapes.into_iter().enumerate().map(entity).collect()
+pub(super) fn bounded_shapes() -> Vec<Entity> {
+    let bounded = samples().into_iter().map(|(_, shape)| shape).filter(is_bounded);
+    bounded.enumerate().map(|(material, shape)| Entity { shape, material, ..Entity::default() }).collect()
 }
 
 /// Adds a group of every bounded shape, a group that contains it twice, and instances of both with uneven scales,
@@ -192,7 +177,8 @@ pub(super) fn add_groups(scene: &mut Scene) {
     let ball = SphereParameters { center: DVec3::new(0.9, 1.0, -0.2), radius: 0.4 };
     let lamp = Entity { shape: lamp.into(), emission: [6.0, 5.0, 4.0], ..Entity::default() };
     let glow = Entity { shape: ball.into(), emission: [0.3, 0.4, 0.5], ..Entity::default() };
-    let all = bounded_shapes(0).into_iter().chain([lamp, glow]);
+    let shapes = bounded_shapes().into_iter().map(|entity| Entity { material: entity.material % 6, ..entity });
+    let all = shapes.chain([lamp, glow]);
     scene.entities.extend(all.map(|entity| Entity { within: Some(things), ..entity }));
     let place = |scale: [f64; 3], angle: f64, at: [f64; 3]| {
         let axis = DVec3::new(0.3, -0.4, 1.0).normalize();

@@ -4,6 +4,12 @@
 pub mod blocks;
 pub mod chi_square;
 pub mod scenes;
+pub mod shapes {
+    use glam::{DAffine3, DMat3, DVec3};
+    use std::sync::Arc;
+    use stride::scene::*;
+    include!("shapes.rs");
+}
 pub mod statistics;
 pub mod tiles;
 pub mod tracers;

@@ -372,7 +372,7 @@ pub fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f64; 3])
 
 /// Every bounded shape around the origin, with a material each.
 pub fn shapes_of_all_kinds() -> Vec<Entity> {
-    textured::bounded_shapes(0)
+    textured::bounded_shapes()
 }
 
 /// Adds groups to a scene of at least six materials: see there.
@@ -408,6 +408,7 @@ pub fn modified(width: u32, height: u32) -> Scene {
 }
 
 mod textured {
+    use crate::common::shapes::{is_bounded, samples};
     use std::sync::Arc;
     use stride::parameter::{ImageIndex, Varying};
     use stride::scene::*;

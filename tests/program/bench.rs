@@ -167,11 +167,37 @@ fn several_samplers_are_in_one_table_and_one_chart() {
         assert!(text.contains(words), "{words:?} is not in\n{text}");
     }
     assert_eq!(dots(&folder.path().join("n.svg")), 6);
+    // Of whichever is better here.
+    assert!(text.contains("times fewer samples than") && !text.contains("less time"), "{text}");
+    assert!(!both.contains("seconds"), "{both}");
     // Each part is the table of that sampler alone: all have the same reference.
     let parts = ["sobol", "independent"].map(|sampler| table(&format!("--sampler {sampler}"), "alone.csv").1);
     let rows = parts[1].split_once('\n').unwrap().1;
     assert_eq!(both, parts[0].clone() + rows);
     assert_ne!(parts[0], parts[1]);
+    assert!(!table("--sampler sobol", "alone.csv").0.contains("fewer"));
+}
+
+#[test]
+fn times_are_measured_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = done(
+        "noise",
+        &format!(
+            "{SMALL} --reference-spp 64 --repeat 2 --sampler sobol,independent --times --csv n.csv --plot n.svg"
+        ),
+        folder.path(),
+    );
+    assert!(text.contains("they differ from run to run"), "{text}");
+    let file = folder.path().join("n.csv");
+    for sampler in ["sobol", "independent"] {
+        let seconds = column(&file, sampler, "seconds");
+        assert!(seconds.len() == 3 && seconds.iter().all(|&s| s > 0.0), "{seconds:?}");
+    }
+    assert!(
+        fs::read_to_string(folder.path().join("n.svg")).unwrap().contains("Measured time of a picture (s)")
+    );
+    assert_eq!(dots(&folder.path().join("n.svg")), 6);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Tangents, along which u increases and v is constant, on every shape.
 
 use crate::common::scenes::*;
+use crate::common::shapes::{bounded_samples, unbounded_samples};
 use glam::{DAffine3, DQuat, DVec3};
 use std::sync::Arc;
 use stride::math::{Ray, Vec3};
@@ -49,7 +50,7 @@ fn grouped(entity: Entity) -> Vec<Entity> {
     vec![Entity { within: Some(0), ..entity }]
 }
 
-fn everything() -> Vec<(&'static str, Vec<Entity>)> {
+fn everything() -> Vec<(String, Vec<Entity>)> {
     let placed = |turned| Entity {
         shape: Shape::Mesh { mesh: Arc::new(sheet(turned)), transform: place() },
         ..Entity::default()
@@ -60,24 +61,25 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
         shape: Shape::Mesh { mesh: Arc::clone(&one), transform: DAffine3::from_translation(at) * place() },
         ..Entity::default()
     };
-    vec![
-        ("plane", vec![plane(v(0.36, 0.48, 0.8), 0.2, 0)]),
-        ("sphere", vec![sphere(v(0.2, 0.1, -0.3), 1.3, 0)]),
-        ("hollow sphere", vec![flipped(sphere(v(0.2, 0.1, -0.3), 1.3, 0))]),
-        ("quad", vec![quad(v(-1.0, -1.0, 0.2), v(2.0, 0.3, 0.1), v(0.7, 1.8, -0.2), 0)]),
-        ("flipped quad", vec![flipped(quad(v(-1.0, -1.0, 0.2), v(2.0, 0.3, 0.1), v(0.7, 1.8, -0.2), 0))]),
-        ("disk", vec![disk(v(0.1, 0.2, 0.0), v(0.6, 0.0, 0.8), 1.4, 0)]),
-        ("cylinder", vec![cylinder(v(-1.0, 0.2, -0.3), v(1.2, 0.1, 0.4), 0.8, 0)]),
-        ("box", vec![cuboid(v(-0.8, -0.7, -0.6), v(0.9, 0.8, 0.7), 0)]),
-        ("mesh", vec![placed(false)]),
-        ("mesh with mirrored uv", vec![placed(true)]),
-        ("instances", vec![copy(DVec3::ZERO), copy(v(50.0, 0.0, 0.0))]),
-        ("sphere in a group", grouped(sphere(v(0.2, 0.1, -0.3), 1.0, 0))),
-        ("quad in a group", grouped(quad(v(-0.9, -0.9, 0.2), v(1.8, 0.3, 0.1), v(0.6, 1.6, -0.2), 0))),
-        ("disk in a group", grouped(flipped(disk(v(0.1, 0.2, 0.0), v(0.6, 0.0, 0.8), 1.2, 0)))),
-        ("cylinder in a group", grouped(cylinder(v(-0.8, 0.2, -0.3), v(0.9, 0.1, 0.4), 0.8, 0))),
-        ("mesh in a group", grouped(mesh(sheet(false), 0))),
-    ]
+    // Sheets take the place of the sample mesh, whose uv are stretched too much.
+    let mut all = vec![
+        ("sheet".into(), vec![placed(false)]),
+        ("sheet with mirrored uv".into(), vec![placed(true)]),
+        ("instances".into(), vec![copy(DVec3::ZERO), copy(v(50.0, 0.0, 0.0))]),
+        ("sheet in a group".into(), grouped(mesh(sheet(false), 0))),
+    ];
+    all.extend(unbounded_samples().into_iter().map(|(name, shape)| (name.into(), vec![entity(shape, 0)])));
+    for (name, shape) in bounded_samples(v(0.1, 0.1, -0.1), 1.4) {
+        if matches!(shape, Shape::Mesh { .. }) {
+            continue;
+        }
+        let own = entity(shape, 0);
+        all.push((format!("flipped {name}"), vec![flipped(own.clone())]));
+        all.push((format!("flipped {name} in a group"), grouped(flipped(own.clone()))));
+        all.push((format!("{name} in a group"), grouped(own.clone())));
+        all.push((name.into(), vec![own]));
+    }
+    all
 }
 
 /// A scene of these shapes, with an instance of the group that they may be in.

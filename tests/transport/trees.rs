@@ -4,13 +4,14 @@
 //! 22.1.2 used a value of the intersection of rays with triangles before it was computed (where it packed copied
 //! values), and shadows in a scene of instances were wrong.
 
+use crate::common::shapes::{bounded_samples, placed};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{LaneFloat, LaneMask, LaneUint, Ray, Vec3};
 use stride::sampling::Stream;
-use stride::shape::{CustomShape, Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Sphere};
+use stride::shape::{CustomShape, Cylinder, Disk, Mesh, NOTHING, Piece, Plane, Quad, Sphere};
 use stride::world::{AcceleratorChoice, Bvh, Instances, Simple, TreeScope, Triangles, World};
 
 fn direction(stream: &mut Stream) -> DVec3 {
@@ -73,11 +74,18 @@ fn jumble(stream: &mut Stream) -> Jumble {
             }
             24.. => {
                 let (along, to) = (direction(stream) * size, centre + direction(stream) * size);
-                let shapes = [
+                let mut shapes = vec![
                     CustomShape::Disk(Disk::new(centre, along.normalize(), size)),
                     CustomShape::Cylinder(Cylinder::new(centre, to, size * stream.random_range(0.01..2.0))),
                 ];
-                let shape = shapes[stream.random_range(0..2)];
+                let turn = DQuat::from_axis_angle(along.normalize(), stream.random_range(0.0..6.0));
+                let similar = DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, centre);
+                for (_, shape) in bounded_samples(DVec3::ZERO, 1.0) {
+                    if let [Piece::Custom(shape)] = placed(&shape, &similar).0[0].pieces()[..] {
+                        shapes.push(shape);
+                    }
+                }
+                let shape = shapes[stream.random_range(0..shapes.len())];
                 surfaces.custom.push((shape, row));
                 if twice {
                     surfaces.custom.push((shape, row + 1000));

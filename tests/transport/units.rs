@@ -3,15 +3,15 @@
 
 use crate::common;
 use crate::common::scenes::*;
+use crate::common::shapes::{bounded_samples, placed};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
 use std::process::Command;
 use stride::film::compare::{FlipKind, compare};
 use stride::output::read_picture;
 use stride::scene::{
-    BoxParameters, CheckerboardParameters, CylinderParameters, DiskParameters, Integrator, Light,
-    MaterialKind, PlaneParameters, PointLightParameters, QuadParameters, Scene, Shape, SphereParameters,
-    SpotLightParameters,
+    CheckerboardParameters, Integrator, Light, MaterialKind, PlaneParameters, PointLightParameters, Scene,
+    Shape, SpotLightParameters,
 };
 use stride::world::AcceleratorChoice;
 
@@ -26,26 +26,10 @@ fn scaled(scene: &Scene, s: f64) -> Scene {
         *length *= s;
     }
     for entity in &mut scene.entities {
-        match &mut entity.shape {
-            Shape::Plane(PlaneParameters { distance, .. }) => *distance *= s,
-            Shape::Sphere(SphereParameters { center, radius })
-            | Shape::Disk(DiskParameters { center, radius, .. }) => {
-                *center *= s;
-                *radius *= s;
-            }
-            Shape::Quad(QuadParameters { corner, u, v }) => {
-                [corner, u, v].into_iter().for_each(|vector| *vector *= s)
-            }
-            Shape::Cylinder(CylinderParameters { from, to, radius }) => {
-                [from, to].into_iter().for_each(|vector| *vector *= s);
-                *radius *= s;
-            }
-            Shape::Box(BoxParameters { min, max }) => [min, max].into_iter().for_each(|vector| *vector *= s),
-            other => {
-                let Shape::Mesh { transform, .. } = other else { panic!("a shape of unknown lengths") };
-                *transform = DAffine3::from_scale(DVec3::splat(s)) * *transform;
-            }
-        }
+        let [shape] = &placed(&entity.shape, &DAffine3::from_scale(DVec3::splat(s))).0[..] else {
+            panic!("{:?} becomes several shapes", entity.shape)
+        };
+        entity.shape = shape.clone();
     }
     for light in &mut scene.lights {
         let (position, intensity) = match light {
@@ -72,7 +56,7 @@ fn everything() -> Scene {
         vec![matte([0.7, 0.6, 0.5]), mirror([0.8; 3]), glass(1.5), checkerboard(0, 1, 1.5), matte([0.8; 3])];
     let ball = icosphere(v(6.0, 2.6, -1.2), 0.8, 3, true);
     let lamp = icosphere(v(5.0, -2.9, 1.4), 0.3, 2, false);
-    let entities = vec![
+    let mut entities = vec![
         plane(DVec3::Z, -2.0, 3),
         flipped(cuboid(v(-3.0, -5.0, -3.0), v(11.0, 5.0, 4.0), 4)),
         sphere(v(7.0, 0.5, -1.0), 1.0, 2),
@@ -86,6 +70,12 @@ fn everything() -> Scene {
         emitting(disk(v(2.0, 4.5, 2.0), v(0.0, -0.8, -0.6), 0.4, 0), 5.0),
         emitting(cylinder(v(8.0, -4.0, 3.0), v(10.0, -4.0, 3.0), 0.1, 0), 5.0),
     ];
+    // And one of every kind, on the wall.
+    let samples = bounded_samples(v(10.0, 0.0, 1.5), 0.5).into_iter().enumerate();
+    let apart = |(i, (_, shape))| {
+        entity(placed(&shape, &DAffine3::from_translation(v(0.0, i as f64 - 3.0, 0.0))).0.remove(0), 0)
+    };
+    entities.extend(samples.map(apart));
     let mut scene = sized(scene(materials, entities), 24, 18);
     scene.lights = vec![point_light(v(3.0, 1.0, 3.0), 12.0), point_light(v(6.0, 3.0, 2.0), 6.0)];
     scene.camera.aperture_radius = 0.05;

@@ -7,6 +7,7 @@ mod reference;
 mod statistics;
 mod table;
 mod threads;
+mod verdict;
 
 use super::failure::Failure;
 

@@ -10,6 +10,7 @@ use super::measurement::{Bench, CommonArguments, Verbosity, counted, threads_or_
 use super::reference::{self, FACTOR, Planned};
 use super::statistics::{Fit, fit, standard_error};
 use super::table::{Cell, Table, significant};
+use super::verdict::{Costs, advantage};
 use crate::cli::arguments::samplers;
 use crate::cli::failure::{Failure, usage};
 use crate::film::Picture;
@@ -58,6 +59,9 @@ pub(super) struct NoiseArguments {
     /// Number of independent seeds, which count up from the first; several are needed for ±
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
+    /// Measure the time of each picture as well, and draw the errors against it; times differ from run to run
+    #[arg(long)]
+    times: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -75,15 +79,21 @@ Figures:
                       −0.5 on average with independent samples.
   R²                  Share of the variation of log(error) that the line
                       explains.
+  Fewer samples       Of two samplers, the ratio of the numbers of samples that
+                      lead to the last error of the worse one. Between measured
+                      numbers the error is interpolated on logarithmic axes.
+  Time                With --times: mean time of a picture, from the first ray
+                      to the last sample.
   ±                   Standard error over the seeds (jackknife). It covers
                       neither the error of the reference, which all seeds
                       share, nor the misfit of the line.";
 
-/// Mean squared errors of radiance in one picture.
+/// Mean squared errors of radiance in one picture, and the seconds that it took.
 #[derive(Clone, Copy, Debug)]
 struct Squares {
     all: f64,
     without_worst: f64,
+    seconds: f64,
 }
 
 /// One row of the table.
@@ -115,6 +125,13 @@ impl Measured {
         let (count, sum) =
             seeds.fold((0.0, 0.0), |(count, sum), (_, squares)| (count + 1.0, sum + which(squares)));
         f64::sqrt(sum / count)
+    }
+
+    /// The mean time of a picture over all seeds, or all but one.
+    fn seconds(&self, left_out: Option<usize>) -> f64 {
+        let seeds = self.squares.iter().enumerate().filter(|(seed, _)| Some(*seed) != left_out);
+        let (count, sum) = seeds.fold((0.0, 0.0), |(count, sum), (_, one)| (count + 1.0, sum + one.seconds));
+        sum / count
     }
 
     fn error(&self, which: Which) -> Estimate {
@@ -166,6 +183,59 @@ impl Curve {
     fn name(&self) -> &'static str {
         self.rows.first().map_or("", |row| row.sampler.name())
     }
+
+    /// The errors of the first `rows` against a cost, without one seed.
+    fn costs(&self, rows: usize, cost: Cost, left_out: Option<usize>) -> Costs {
+        self.rows[..rows].iter().map(|row| (cost(row, left_out), row.root(ALL, left_out))).collect()
+    }
+}
+
+/// The cost of a picture, over all seeds but one.
+type Cost = fn(&Measured, Option<usize>) -> f64;
+
+const SAMPLES: Cost = |row, _| row.spp.into();
+const TIME: Cost = |row, left_out| row.seconds(left_out);
+
+/// The comparison of each sampler with the one whose last error is the largest, in a line each.
+fn verdicts(curves: &[Curve], with_times: bool) -> String {
+    // All have this number of rows, unless the measurement was interrupted.
+    let rows = curves.iter().map(|curve| curve.rows.len()).min().unwrap_or(0);
+    let Some(last) = rows.checked_sub(1) else { return String::new() };
+    let error = |curve: &Curve| curve.rows[last].root(ALL, None);
+    let Some(worst) = curves.iter().max_by(|a, b| error(a).total_cmp(&error(b))) else {
+        return String::new();
+    };
+    let (spp, seeds) = (worst.rows[last].spp, worst.rows[last].squares.len());
+    let mut lines = String::new();
+    for other in curves.iter().filter(|other| other.name() != worst.name()) {
+        let of = |cost: Cost| {
+            let ratio =
+                |left_out| advantage(&worst.costs(rows, cost, left_out), &other.costs(rows, cost, left_out));
+            Some(Estimate { value: ratio(None)?, deviation: standard_error(seeds, |seed| ratio(Some(seed))) })
+        };
+        let Some(samples) = of(SAMPLES) else { continue };
+        let (name, worst_name) = (other.name(), worst.name());
+        let differs = samples.deviation.is_none_or(|deviation| samples.value - 1.0 > 2.0 * deviation);
+        let insignificantly = if differs { "" } else { "does not differ significantly: it " };
+        let time = of(TIME).filter(|_| with_times);
+        let time = time.map_or_else(String::new, |time| {
+            format!(", and by the measured times {} times less time,", describe_ratio(time))
+        });
+        lines += &format!(
+            "{name} {insignificantly}needs {} times fewer samples{time} than {worst_name} at RMS error {} ({worst_name} \
+             with {}).\n",
+            describe_ratio(samples),
+            significant(error(worst), 4),
+            counted(spp.into(), "sample per pixel", "samples per pixel")
+        );
+    }
+    lines
+}
+
+/// "3.10 ± 0.12".
+fn describe_ratio(Estimate { value, deviation }: Estimate) -> String {
+    let deviation = deviation.map_or_else(String::new, |deviation| format!(" ± {deviation:.2}"));
+    format!("{value:.2}{deviation}")
 }
 
 pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
@@ -216,14 +286,21 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
         let from = format!("{} from {first} to {last} samples", curve.name());
         remarks += &format!("Slope of {from}: {all}; {WITHOUT_WORST}: {rest}\n");
     }
+    remarks += &verdicts(&curves, arguments.times);
+    if arguments.times {
+        remarks += &format!(
+            "Times were measured with {}; they differ from run to run.\n",
+            counted(threads.get() as u64, "thread", "threads")
+        );
+    }
     remarks += &match arguments.repeat {
         1 => "There is no ± with --repeat 1: it is the standard error over several seeds.\n".to_owned(),
         _ => format!(
             "± is the standard error over {seeds}, without the error of the reference and the misfit of the line.\n"
         ),
     };
-    let chart = chart(&curves, &format!("{circumstances}\n{source}"));
-    bench.publish(&circumstances, &table(&curves, first), &remarks, &chart)
+    let chart = chart(&curves, &format!("{circumstances}\n{source}"), arguments.times);
+    bench.publish(&circumstances, &table(&curves, first, arguments.times), &remarks, &chart)
 }
 
 const WITHOUT_WORST: &str = "without the worst 0.5% of pixels";
@@ -250,7 +327,8 @@ fn measure(
                 let Some(report) = bench.render(scene, spp, threads, Verbosity::Quiet)? else { break 'steps };
                 let errors = squared_errors(&report.picture, reference);
                 let [all, without_worst] = [0.0, WORST].map(|share| mean_without_worst(&errors, share));
-                row.squares.push(Squares { all, without_worst });
+                let seconds = report.totals.elapsed.as_secs_f64();
+                row.squares.push(Squares { all, without_worst, seconds });
             }
             let samples = counted(spp.into(), "sample per pixel", "samples per pixel");
             let error = describe(row.error(ALL));
@@ -274,11 +352,14 @@ fn describe_exponent(Estimate { value, deviation }: Estimate) -> String {
     format!("{value:.3}{deviation}").replace('-', "−")
 }
 
-/// One row for each sampler and number of samples. The slopes are in all rows of the sampler.
-fn table(curves: &[Curve], first: u32) -> Table {
-    let mut table = Table::new(&[
-        ("Sampler", "sampler"),
-        ("Samples", "spp"),
+/// One row for each sampler and number of samples. The slopes are in all rows of the sampler. Only times depend on
+/// anything but the settings, so without them the table is the same in every run.
+fn table(curves: &[Curve], first: u32, with_times: bool) -> Table {
+    let mut columns = vec![("Sampler", "sampler"), ("Samples", "spp")];
+    if with_times {
+        columns.push(("Time", "seconds"));
+    }
+    columns.extend([
         ("RMS error", "rms_error"),
         ("", "rms_error_standard_error"),
         ("Error × √samples", "rms_error_times_root_spp"),
@@ -293,6 +374,7 @@ fn table(curves: &[Curve], first: u32) -> Table {
         ("", "slope_without_worst"),
         ("", "slope_without_worst_standard_error"),
     ]);
+    let mut table = Table::new(&columns);
     let number = |value: Option<f64>| value.map_or_else(Cell::nothing, |value| Cell::new("", value));
     for curve in curves {
         for (i, row) in curve.rows.iter().enumerate() {
@@ -306,6 +388,7 @@ fn table(curves: &[Curve], first: u32) -> Table {
             let shown = |local: Estimate| Cell::new(describe_exponent(local), local.value);
             let local = [local.map_or_else(Cell::nothing, shown), number(local.and_then(|l| l.deviation))];
             let mut cells = vec![Cell::word(row.sampler.name()), Cell::count(row.spp)];
+            cells.extend(with_times.then(|| Cell::seconds(row.seconds(None))));
             cells.extend(errors(ALL).into_iter().chain(local).chain(errors(REST)));
             cells.push(Cell::count(first));
             for slope in curve.slopes {
@@ -328,17 +411,20 @@ fn describe_slope(slope: Option<Slope>) -> String {
 
 /// A chart of the errors of all pixels. Without the worst pixels slopes are biased, so that chart and table would seem to
 /// disagree.
-fn chart(curves: &[Curve], circumstances: &str) -> Chart {
+fn chart(curves: &[Curve], circumstances: &str, with_times: bool) -> Chart {
+    let cost = if with_times { TIME } else { SAMPLES };
     let measured = |curve: &Curve| {
         let point = |row: &Measured| {
             let Estimate { value: y, deviation } = row.error(ALL);
             // A whisker down to zero has no end on a logarithmic axis.
             let range =
                 deviation.filter(|deviation| *deviation < y).map(|deviation| [y - deviation, y + deviation]);
-            Point { range, ..Point::at(row.spp.into(), y) }
+            Point { range, ..Point::at(cost(row, None), y) }
         };
         let slope =
             curve.slopes[0].map(|slope| Estimate { value: slope.fit.slope, deviation: slope.deviation });
+        // The slope is that against samples.
+        let slope = slope.filter(|_| !with_times);
         let slope = slope.map(|slope| format!(": slope {}", describe_exponent(slope)));
         let label = format!("{}{}", curve.name(), slope.unwrap_or_default());
         Series { label, points: curve.rows.iter().map(point).collect(), style: Style::Measured }
@@ -347,22 +433,72 @@ fn chart(curves: &[Curve], circumstances: &str) -> Chart {
     // Beside the highest curve, so that neither hides the other, and across the whole chart. Its height is the
     // curve's mean on these axes, so that neither end appears as the reference.
     let level = |Curve { rows, .. }: &Curve| {
-        let logarithm = |row: &Measured| (row.error(ALL).value * f64::from(row.spp).sqrt()).ln();
+        let logarithm = |row: &Measured| (row.error(ALL).value * cost(row, None).sqrt()).ln();
         (rows.iter().map(logarithm).sum::<f64>() / rows.len() as f64).exp()
     };
-    let steps = curves.iter().flat_map(|curve| &curve.rows).map(|row| f64::from(row.spp));
+    let steps = curves.iter().flat_map(|curve| &curve.rows).map(|row| cost(row, None));
     let level = 1.15 * curves.iter().map(level).fold(0.0, f64::max);
     if let (Some(first), Some(last)) = (steps.clone().min_by(f64::total_cmp), steps.max_by(f64::total_cmp)) {
-        let at = |spp: f64| spp.sqrt().recip();
+        let at = |cost: f64| cost.sqrt().recip();
         let ends = [(first / 4.0, 2.0 * at(first)), (last * 4.0, at(last) / 2.0)];
-        let points = ends.map(|(spp, error)| Point::at(spp, level * error)).to_vec();
+        let points = ends.map(|(cost, error)| Point::at(cost, level * error)).to_vec();
         series.push(Series { label: "slope −½".to_owned(), points, style: Style::Guide });
     }
+    let (title, x) = match with_times {
+        false => ("samples", Axis { label: "Samples per pixel".to_owned(), scale: Scale::Binary }),
+        true => ("time", Axis { label: "Measured time of a picture (s)".to_owned(), scale: Scale::Decimal }),
+    };
     Chart {
-        title: "Error against samples".to_owned(),
+        title: format!("Error against {title}"),
         subtitle: circumstances.to_owned(),
-        x: Axis { label: "Samples per pixel".to_owned(), scale: Scale::Binary },
+        x,
         y: Axis { label: "RMS error (W·m⁻²·sr⁻¹)".to_owned(), scale: Scale::Decimal },
         series,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors of 1/√(n·factor) at 1 to 256 samples, that of each seed off by a share, in times of n·pace.
+    fn curve(sampler: Sampler, factor: f64, pace: f64, shares: &[f64]) -> Curve {
+        let row = |power: u32| {
+            let n = f64::from(1_u32 << power);
+            let square = |share: &f64| {
+                let all = (1.0 + share) / (n * factor);
+                Squares { all, without_worst: all, seconds: n * pace }
+            };
+            Measured { sampler, spp: 1 << power, squares: shares.iter().map(square).collect() }
+        };
+        Curve::new((0..9).map(row).collect(), 1)
+    }
+
+    #[test]
+    fn the_verdict_compares_costs_at_an_equal_error() {
+        let same = [0.0; 4];
+        let independent = || curve(Sampler::Independent, 1.0, 0.5, &same);
+        let at = "than independent at RMS error 0.06250 (independent with 256 samples per pixel).\n";
+        let curves = [curve(Sampler::Sobol, 3.1, 1.0, &same), independent()];
+        assert_eq!(verdicts(&curves, false), format!("sobol needs 3.10 ± 0.00 times fewer samples {at}"));
+        // Half as fast for each sample, it takes 2/3.1 of the time.
+        let time = "and by the measured times 1.55 ± 0.00 times less time,";
+        assert_eq!(
+            verdicts(&curves, true),
+            format!("sobol needs 3.10 ± 0.00 times fewer samples, {time} {at}")
+        );
+        // A factor of 1.1 is less than its error, which is that of the mean of four shares of standard deviation 0.23.
+        let noisy = curve(Sampler::Sobol, 1.1, 1.0, &[0.2, -0.2, 0.2, -0.2]);
+        let said = verdicts(&[noisy, independent()], false);
+        assert_eq!(
+            said,
+            format!("sobol does not differ significantly: it needs 1.10 ± 0.13 times fewer samples {at}")
+        );
+        // Without several seeds, and without a second sampler.
+        let [one, other] =
+            [(Sampler::Sobol, 2.0), (Sampler::Independent, 1.0)].map(|(s, f)| curve(s, f, 1.0, &[0.0]));
+        assert!(verdicts(&[one, other], false).starts_with("sobol needs 2.00 times fewer samples than"));
+        assert_eq!(verdicts(&[independent()], false), "");
+        assert_eq!(verdicts(&[], false), "");
     }
 }

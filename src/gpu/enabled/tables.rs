@@ -21,8 +21,8 @@ use std::sync::Arc;
 /// The maximum depth of paths on the GPU: a dispatch cannot be interrupted, so its longest path must be short.
 const MAX_DEPTH: u32 = 65_536;
 
-/// WGSL guarantees square roots within 4.5 ulp, the CPU within ½ ulp. The error bounds of hits on round surfaces and
-/// cylinders depend on a square root.
+/// WGSL guarantees square roots within 4.5 ulp, the CPU within ½ ulp. The error bounds of hits on curved surfaces
+/// depend on a square root.
 pub(super) const ROUND_ERROR: f32 = 2.0;
 
 /// A scene in the device's layout.
@@ -269,7 +269,7 @@ impl SurfaceColumns {
     pub(super) fn new(table: &SurfaceTable) -> Result<SurfaceColumns, GpuError> {
         let mut own = SurfaceColumns::default();
         for (row, ((form, attributes), error)) in (0..).zip(table.rows().iter().zip(table.errors())) {
-            // The shapes that `shapes.wgsl` supports.
+            // Whether `shapes.wgsl` supports the shape, and whether its hits depend on a square root.
             let (is_known, is_rooted) = match form.kind {
                 SurfaceKind::Flat | SurfaceKind::Custom(CustomKind::Disk) => (true, false),
                 SurfaceKind::Round | SurfaceKind::Custom(CustomKind::Cylinder) => (true, true),

@@ -45,7 +45,7 @@ pub(super) struct ProgramPlan {
     pub(super) groups: bool,
     /// The filter's taps along an axis if samples count in all pixels around them; otherwise zero.
     pub(super) taps: u32,
-    /// Whether there are disks or cylinders.
+    /// Whether there are custom shapes.
     pub(super) custom: bool,
     /// Whether the numbers of the scene and of a dispatch are uniforms. Otherwise they are in storage buffers: Mesa's
     /// lavapipe recompiles a program for each dispatch if its loops depend on uniforms.

@@ -1,4 +1,5 @@
 use super::*;
+use glam::DVec3;
 use std::path::Path;
 
 const SCENE: &str = r#"
@@ -212,30 +213,50 @@ fn textures_count_by_the_parameters_they_replace() {
     }
 }
 
+/// Every number of every shape counts, and so does the order of those of the same kind.
 #[test]
-fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
-    let sphere = "type = \"sphere\", center = [0, 0.5, 1], radius = 1";
-    let mut seen = vec![of(SCENE).digits()];
-    for shape in [
-        "type = \"disk\", center = [0, 0.5, 1], normal = [0, 0, 1], radius = 1",
-        "type = \"disk\", center = [0, 0.5, 2], normal = [0, 0, 1], radius = 1",
-        "type = \"disk\", center = [0, 0.5, 1], normal = [0, 1, 0], radius = 1",
-        "type = \"disk\", center = [0, 0.5, 1], normal = [0, 0, 1], radius = 2",
-        "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 1], radius = 1",
-        "type = \"cylinder\", from = [0, 0.5, 2], to = [0, 0, 1], radius = 1",
-        "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 2], radius = 1",
-        "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 1], radius = 2",
-        "type = \"cylinder\", to = [0, 0.5, 1], from = [0, 0, 1], radius = 1",
-        "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 3]",
-        "type = \"box\", min = [0, 0.5, 2], max = [1, 2, 3]",
-        "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 4]",
-    ] {
-        let other = with(sphere, shape);
-        let reported = differing(&of(SCENE).outline().unwrap(), &other.outline().unwrap());
-        assert_eq!(reported, "the shape of ball", "{shape}");
-        seen.push(other.digits());
+fn each_number_of_each_shape_counts() {
+    let loaded = crate::scene::parse(SCENE, Path::new("a.toml")).unwrap_or_else(|error| panic!("{error}"));
+    let of = |shape: Shape| {
+        let mut scene = loaded.scene.clone();
+        scene.entities[0].shape = shape;
+        Fingerprint::of(&scene, &loaded.sources)
+    };
+    let ours = Fingerprint::of(&loaded.scene, &loaded.sources);
+    let mut seen = vec![ours.digits()];
+    for (name, shape) in crate::shape::samples::samples() {
+        let Some(place) = shape.place() else { continue };
+        let values = shape.values();
+        let mut changed = vec![values.clone()];
+        for (i, value) in values.iter().enumerate() {
+            let others: Vec<Value> = match *value {
+                Value::Number(x) => vec![Value::Number(x + 0.125)],
+                Value::Vector(x) => {
+                    [DVec3::X, DVec3::Y, DVec3::Z].map(|e| Value::Vector(x + e * 0.125)).into()
+                }
+                other => panic!("{name}: another value than {other:?} has to be made here"),
+            };
+            changed
+                .extend(others.into_iter().map(|other| [&values[..i], &[other], &values[i + 1..]].concat()));
+        }
+        // Two vectors, or two numbers, exchanged.
+        for (i, j) in (0..values.len()).flat_map(|j| (0..j).map(move |i| (i, j))) {
+            if std::mem::discriminant(&values[i]) == std::mem::discriminant(&values[j]) {
+                let mut exchanged = values.clone();
+                exchanged.swap(i, j);
+                changed.push(exchanged);
+            }
+        }
+        for values in changed {
+            let Ok(shape) = Shape::build(place, &values, &mut Vec::new()) else { continue };
+            let other = of(shape);
+            let reported = differing(&ours.outline().unwrap(), &other.outline().unwrap());
+            assert_eq!(reported, "the shape of ball", "{name}: {values:?}");
+            seen.push(other.digits());
+        }
     }
     let len = seen.len();
+    assert!(len > 40, "{len}");
     seen.sort_unstable();
     seen.dedup();
     assert_eq!(seen.len(), len);

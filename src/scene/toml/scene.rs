@@ -11,6 +11,7 @@ use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
 use super::textures::{self, TextureNames};
 use super::{camera, film, light, render, shape};
 use crate::scene::check::SceneProblem;
+use crate::scene::dark_lights::{DarkLights, dark_lights};
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::mixed_media::mixed_media;
 use crate::scene::open_glass::{Warning, open_glass};
@@ -177,6 +178,9 @@ fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Sce
     let warnings = open_glass(&scene, quote).into_iter().chain(mixed_media(&scene, quote));
     for Warning { first, message, help } in warnings {
         diagnostics.warn(Some(places[first]), message, help);
+    }
+    for DarkLights { first, message, help } in dark_lights(&scene, quote) {
+        diagnostics.warn(first.map(|first| places[first]), message, help);
     }
     Ok(scene)
 }

@@ -79,13 +79,10 @@ impl SurfaceTable {
 #[cfg(test)]
 mod tests {
     use crate::math::{Ray, Vec3};
-    use crate::scene::{
-        CylinderParameters, DiskParameters, Entity, Material, MatteParameters, Mesh, PlaneParameters,
-        QuadParameters, Scene, Shape, SphereParameters,
-    };
+    use crate::scene::{Entity, Material, MatteParameters, Scene, Shape};
+    use crate::shape::samples::{bounded_samples, unbounded_samples};
     use crate::world::{AcceleratorChoice, CompiledScene, World, compile};
     use glam::{DAffine3, DVec3};
-    use std::sync::Arc;
 
     /// A scene with a single shape, either in the world or in a group with an anisotropic transform.
     fn seen(shape: Shape, within: Option<usize>) -> (CompiledScene, World) {
@@ -104,69 +101,67 @@ mod tests {
         (tables, World::new(&surfaces, AcceleratorChoice::Simple))
     }
 
-    /// The ratio of areas in uv and on the surface, from three neighbouring points.
-    #[test]
-    fn uv_areas_agree_with_finite_differences() {
-        let mesh = Mesh {
-            positions: vec![[3.0, -2.0, -2.0], [4.0, 3.0, -2.0], [3.5, 0.0, 3.0]],
-            uv: vec![[0.1, 0.2], [0.9, 0.3], [0.4, 2.5]],
-            triangles: vec![[0, 1, 2]],
-            ..Mesh::default()
-        };
-        let (normal, up) = (DVec3::new(-0.8, 0.6, 0.0), DVec3::new(0.6, 0.8, 0.0));
-        let shapes: [(&str, Shape); 6] = [
-            ("plane", PlaneParameters { normal, distance: -3.0 }.into()),
-            (
-                "quad",
-                QuadParameters {
-                    corner: DVec3::new(4.0, -3.0, -2.0),
-                    u: DVec3::new(0.5, 6.0, 1.0),
-                    v: DVec3::new(0.0, 0.4, 4.0),
-                }
-                .into(),
-            ),
-            ("sphere", SphereParameters { center: DVec3::new(5.0, 0.2, 0.1), radius: 2.0 }.into()),
-            ("disk", DiskParameters { center: DVec3::new(5.0, 0.9, -0.8), normal, radius: 3.0 }.into()),
-            (
-                "cylinder",
-                CylinderParameters {
-                    from: DVec3::X * 5.0 - up * 3.0,
-                    to: DVec3::X * 5.0 + up * 3.0,
-                    radius: 1.5,
-                }
-                .into(),
-            ),
-            (
-                "mesh",
-                Shape::Mesh {
-                    mesh: Arc::new(mesh),
-                    transform: DAffine3::from_scale(DVec3::new(1.0, 0.7, 1.3)),
-                },
-            ),
-        ];
-        let both = shapes
-            .into_iter()
-            .flat_map(|(name, shape)| [(name, shape.clone(), None), (name, shape, Some(0))]);
-        for (name, shape, within) in both.filter(|(name, _, within)| *name != "plane" || within.is_none()) {
+    /// The ratio of areas in uv and on the surface, from three neighbouring points, for samples of all shapes. It counts
+    /// those that deviate from a multiple of ours.
+    fn wrong(times: f32) -> usize {
+        [DVec3::X, DVec3::Z].into_iter().map(|axis| wrong_along(axis, times)).sum()
+    }
+
+    /// The number of samples with such points, seen along an axis of the world.
+    fn wrong_along(axis: DVec3, times: f32) -> usize {
+        let [ahead, up, aside] = [axis, DVec3::Y, DVec3::ONE - DVec3::Y - axis]
+            .map(|axis| Vec3::<f32>::splat(axis.to_array().map(|x| x as f32)));
+        let bounded = bounded_samples(axis * 5.0, 3.0);
+        let in_group = bounded.clone().into_iter().map(|(name, shape)| (name, shape, Some(0)));
+        let alone = bounded.into_iter().chain(unbounded_samples()).map(|(name, shape)| (name, shape, None));
+        let mut wrong = 0;
+        for (name, shape, within) in alone.chain(in_group) {
             let (tables, world) = seen(shape, within);
-            for [y, z] in [[0.0, 0.0], [0.05, 0.1], [-0.1, 0.07]] {
+            let (mut compared, mut off) = (0, 0);
+            for i in 0..400 {
+                let [y, z] = [i % 20, i / 20].map(|i| (i as f32 + 0.5) / 20.0 - 0.5);
+                // A point of the surface, if all three are on the same part of it.
                 let at = |dy: f32, dz: f32| {
-                    let d = Vec3::splat([1.0, y + dy, z + dz]).normalized();
+                    let d = (ahead + up * (y + dy) + aside * (z + dz)).normalized();
                     let ray = Ray::new(Vec3::<f32>::zero(), d);
                     let hit = world.intersect(&ray, true);
-                    assert!(hit.is_some(), "{name} is not hit");
-                    let point = tables.surfaces.point(&ray, &hit);
-                    let uv = tables.surfaces.uv(&point, hit.instance, true);
-                    (point.p, uv, tables.surfaces.uv_per_area(&point, hit.instance))
+                    hit.is_some().then(|| {
+                        let point = tables.surfaces.point(&ray, &hit);
+                        let uv = tables.surfaces.uv(&point, hit.instance, true);
+                        let ours = tables.surfaces.uv_per_area(&point, hit.instance);
+                        ((point.p, uv, ours), hit.surface, point.n.dot(d))
+                    })
                 };
-                let step = 4e-3;
-                let ((p, uv, ours), (p1, uv1, _), (p2, uv2, _)) =
-                    (at(0.0, 0.0), at(step, 0.0), at(0.0, step));
+                let step = 1e-3;
+                let points = [at(0.0, 0.0), at(step, 0.0), at(0.0, step)];
+                let [Some((own, part, cos)), Some((b, part_b, _)), Some((c, part_c, _))] = points else {
+                    continue;
+                };
+                if part != part_b || part != part_c || cos.abs() < 0.3 {
+                    continue;
+                }
+                let ((p, uv, ours), (p1, uv1, _), (p2, uv2, _)) = (own, b, c);
                 let area = (p1 - p).cross(p2 - p).length();
                 let [a, b] = [uv1, uv2].map(|other| [0, 1].map(|i| other[i] - uv[i]));
+                // u may wrap around.
+                if a.iter().chain(&b).any(|change| change.abs() > 0.5) {
+                    continue;
+                }
                 let expected = (a[0] * b[1] - a[1] * b[0]).abs() / area;
-                assert!((ours / expected - 1.0).abs() < 0.05, "{name}: {ours}, not {expected}");
+                compared += 1;
+                off += usize::from((ours * times / expected - 1.0).abs() >= 0.05);
             }
+            // Where uv converge, as in the centre of a disk, differences over a step are no derivatives.
+            wrong += usize::from(off * 20 > compared);
         }
+        wrong
+    }
+
+    #[test]
+    fn uv_areas_agree_with_finite_differences() {
+        assert_eq!(wrong(1.0), 0);
+        // Negative control: a tenth too much is noticed on nearly all shapes, in groups and alone, from both sides.
+        let noticed = wrong(1.1);
+        assert!(noticed >= 20, "{noticed}");
     }
 }

@@ -4,10 +4,10 @@
 
 mod leaks;
 
-use crate::common;
 use crate::common::blocks::compare;
 use crate::common::estimate;
 use crate::common::scenes::*;
+use crate::common::shapes::{is_linear, placed};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
@@ -42,14 +42,17 @@ fn squeezed() -> Vec<DAffine3> {
 }
 
 fn materials() -> Vec<stride::scene::Material> {
-    vec![
+    let mut materials = vec![
         matte([0.7, 0.6, 0.5]),
         matte([0.3, 0.6, 0.2]),
         mirror([0.9; 3]),
         matte([0.2, 0.3, 0.8]),
         matte([0.8; 3]),
         matte([0.6, 0.2, 0.2]),
-    ]
+    ];
+    // One for each shape, at least.
+    materials.resize(materials.len().max(shapes_of_all_kinds().len()), matte([0.5; 3]));
+    materials
 }
 
 /// A group of some entities with some instances.
@@ -66,44 +69,9 @@ fn grouped(members: Vec<Entity>, places: &[DAffine3]) -> Scene {
 
 /// An entity under a transform that preserves shapes.
 fn written(entity: &Entity, place: &DAffine3) -> Vec<Entity> {
-    let point = |p: DVec3| place.transform_point3(p);
-    let turned = |d: DVec3| place.transform_vector3(d);
-    let scale = place.matrix3.determinant().abs().cbrt();
-    let mirrors = place.matrix3.determinant() < 0.0;
-    let flat = |corner, a, b| {
-        let quad = quad(point(corner), turned(a), turned(b), 0);
-        if mirrors { flipped(quad) } else { quad }
-    };
-    let entities = match &entity.shape {
-        Shape::Sphere(s) => vec![sphere(point(s.center), s.radius * scale, 0)],
-        Shape::Quad(q) => vec![flat(q.corner, q.u, q.v)],
-        Shape::Box(b) => {
-            let (low, high) = (b.min, b.max);
-            let size = high - low;
-            let [x, y, z] = [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z];
-            vec![
-                flat(v(low.x, high.y, low.z), -y, z),
-                flat(v(high.x, low.y, low.z), y, z),
-                flat(low, x, z),
-                flat(v(high.x, high.y, low.z), -x, z),
-                flat(v(high.x, low.y, low.z), -x, y),
-                flat(v(low.x, low.y, high.z), x, y),
-            ]
-        }
-        Shape::Disk(d) => vec![disk(point(d.center), turned(d.normal).normalize(), d.radius * scale, 0)],
-        Shape::Cylinder(c) => vec![cylinder(point(c.from), point(c.to), c.radius * scale, 0)],
-        Shape::Mesh { mesh, transform } => {
-            let mesh = Arc::clone(mesh);
-            vec![common::scenes::entity(Shape::Mesh { mesh, transform: *place * *transform }, 0)]
-        }
-        other => unreachable!("{other:?} is in no group here"),
-    };
-    let (material, emission) = (entity.material, entity.emission);
-    let look = |written: Entity| {
-        let flip_normal = written.flip_normal != entity.flip_normal;
-        Entity { material, emission, flip_normal, ..written }
-    };
-    entities.into_iter().map(look).collect()
+    let (shapes, is_turned) = placed(&entity.shape, place);
+    let flip_normal = is_turned != entity.flip_normal;
+    shapes.into_iter().map(|shape| Entity { shape, flip_normal, ..entity.clone() }).collect()
 }
 
 /// A scene without groups, with these entities under all transforms.
@@ -127,6 +95,7 @@ fn ray(stream: &mut Stream) -> Ray<f32> {
 fn hits_on_groups_are_those_of_the_same_surfaces() {
     let differences = |nudge: f64| {
         let members = shapes_of_all_kinds();
+        let keep_uv: Vec<_> = members.iter().map(|member| is_linear(&member.shape)).collect();
         let (copied_tables, copied) = compiled(&written_out(&members, &similar()));
         let places: Vec<_> =
             similar().iter().map(|p| DAffine3::from_translation(DVec3::X * nudge) * *p).collect();
@@ -135,7 +104,7 @@ fn hits_on_groups_are_those_of_the_same_surfaces() {
         let tree = World::new(&surfaces, AcceleratorChoice::Bvh);
         let others = World::new(&copied, AcceleratorChoice::Simple);
         let stream = &mut Stream::new(51, 0, 0);
-        let (mut met, mut differ) = ([0; 6], 0);
+        let (mut met, mut differ) = (vec![0; keep_uv.len()], 0);
         for _ in 0..20_000 {
             let ray = ray(stream);
             let (a, b) = (tree.intersect(&ray, true), others.intersect(&ray, true));
@@ -147,8 +116,8 @@ fn hits_on_groups_are_those_of_the_same_surfaces() {
             let material = tables.surfaces.material(&p).0;
             met[material as usize] += 1;
             let mut away = (p.p - q.p).max_abs();
-            // Spheres, disks and cylinders that are transformed individually have different uv.
-            if [1, 2, 5].contains(&material) {
+            // Round shapes that are transformed individually have different uv.
+            if keep_uv[material as usize] {
                 let [u, v] = tables.surfaces.uv(&p, a.instance, true);
                 let [s, t] = copied_tables.surfaces.uv(&q, b.instance, true);
                 away = away.max((u - s).abs()).max((v - t).abs());
@@ -281,7 +250,7 @@ fn images_of_groups_agree_with_the_same_surfaces() {
         estimate(&sized(scene, 32, 24)).blocks()
     };
     let members = |radiance: f64| {
-        // Every shape is a light, except for the disk and the mirrors.
+        // Most shapes are lights, but neither the disk nor the mirrors.
         let mut members = shapes_of_all_kinds();
         for i in [0, 1, 4, 5] {
             members[i].emission = [radiance, 0.7 * radiance, 0.5];
@@ -305,31 +274,44 @@ fn emissive_shapes_are_sampled_where_transforms_preserve_them() {
         members
     };
     let lights = |scene: &Scene| compiled(scene).0.lights.len();
-    // A sphere, a quad, the six sides of a box, a disk, a cylinder and four triangles.
-    let all = 1 + 1 + 6 + 1 + 1 + 4;
+    // A side of a box and a triangle of a mesh are a light each.
+    let count = |entities: &[Entity]| {
+        let of = |entity: &Entity| match &entity.shape {
+            Shape::Mesh { mesh, .. } => mesh.triangles.len(),
+            shape => shape.pieces().len(),
+        };
+        entities.iter().map(of).sum::<usize>()
+    };
+    let shapes = shapes_of_all_kinds();
+    let all = count(&shapes);
+    let linear = count(&shapes.iter().filter(|entity| is_linear(&entity.shape)).cloned().collect::<Vec<_>>());
+    assert!(all >= 14 && linear >= 11 && linear < all, "{linear} of {all}");
+    let are_linear: Vec<_> = shapes.iter().map(|entity| is_linear(&entity.shape)).collect();
     let scene = grouped(lit(), &similar());
-    assert_eq!(scene.written_out(&scene.group_places()), [true; 6]);
+    assert_eq!(scene.written_out(&scene.group_places()), vec![true; shapes.len()]);
     assert_eq!(lights(&scene), 2 * all);
     // Nothing else is stored of the group.
     assert_eq!(compiled(&scene).1.instances.len(), 0);
     // If one instance scales it unevenly, its emission is found only by chance.
     let scene = grouped(lit(), &[similar()[0], squeezed()[0]]);
-    assert_eq!(scene.written_out(&scene.group_places()), [false, true, true, false, false, true]);
-    assert_eq!(lights(&scene), 2 * (1 + 6 + 4));
+    assert_eq!(scene.written_out(&scene.group_places()), are_linear);
+    assert_eq!(lights(&scene), 2 * linear);
     // The same holds for rotated textures.
     let mut scene = grouped(lit(), &similar()[..1]);
     scene.materials.push(checkerboard(0, 1, 4.0));
-    scene.entities[0].material = 6;
-    assert_eq!(scene.written_out(&scene.group_places()), [false, true, true, true, true, true]);
+    scene.entities[0].material = scene.materials.len() - 1;
+    let mut all_but_one = vec![true; shapes.len()];
+    all_but_one[0] = false;
+    assert_eq!(scene.written_out(&scene.group_places()), all_but_one);
     scene.instances[0].transform = DAffine3::from_scale(DVec3::splat(3.0));
-    assert_eq!(scene.written_out(&scene.group_places()), [true; 6]);
+    assert_eq!(scene.written_out(&scene.group_places()), vec![true; shapes.len()]);
     // So it does for textures that they emit.
     let mut glowing = grouped(shapes_of_all_kinds(), &similar());
     let kind = ConstantTexture { value: Varying::Colour([2.0; 3]) }.into();
     glowing.textures = vec![Texture { name: "glow".into(), kind }];
     glowing.entities.iter_mut().for_each(|entity| entity.emission_texture = Some(0));
-    assert_eq!(glowing.written_out(&glowing.group_places()), [false, true, true, false, false, true]);
-    assert_eq!(lights(&glowing), 2 * (1 + 6 + 4));
+    assert_eq!(glowing.written_out(&glowing.group_places()), are_linear);
+    assert_eq!(lights(&glowing), 2 * linear);
     let away = |x: f64| DAffine3::from_translation(v(x, 0.0, 0.0)) * DAffine3::from_scale(DVec3::splat(3.0));
     (glowing.instances[0].transform, glowing.instances[1].transform) = (away(0.0), away(9.0));
     assert_eq!(lights(&glowing), 2 * all);
@@ -371,10 +353,11 @@ fn a_group_is_stored_once() {
     let scene = grouped(shapes_of_all_kinds(), &places);
     let (tables, surfaces) = compiled(&scene);
     assert_eq!((surfaces.triangles.len(), surfaces.triangles.placed()), (4, 0));
-    // A sphere, a quad, six sides, a disk, a cylinder and a mesh.
-    assert_eq!((tables.surfaces.len(), surfaces.instances.len()), (11, 1000));
+    // A mesh is one surface of four triangles.
+    let pieces: usize = shapes_of_all_kinds().iter().map(|entity| entity.shape.pieces().len()).sum();
+    assert_eq!((tables.surfaces.len(), surfaces.instances.len()), (pieces + 1, 1000));
     let Size { primitives, vertices, media: _ } = Size::of(&scene);
-    assert_eq!((primitives, vertices), (10 + 4 + 1000, 4));
+    assert_eq!((primitives, vertices), (pieces as u64 + 4 + 1000, 4));
 }
 
 #[test]

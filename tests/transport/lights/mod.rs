@@ -5,16 +5,17 @@
 mod seen;
 
 use crate::common::chi_square::{Polar, compare, compare_some, draw, narrow, pearson, wide};
-use crate::common::scenes::{cylinder, disk, flipped, mesh, quad, sphere, v};
+use crate::common::scenes::{cylinder, disk, entity, flipped, mesh, quad, sphere, v};
+use crate::common::shapes::{bounded_samples, placed};
 use crate::common::statistics::sidak;
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3};
 use rand::RngExt;
 use seen::{CENTRE, Seen, all, ball, plate, sheet, textured, tube};
 use stride::light::{AreaLight, DirectionalLightParameters, LightParameters, LightTable, PointLight};
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
-use stride::scene::{Entity, Mesh};
+use stride::scene::{Entity, Mesh, Shape};
 use stride::shape::{Cylinder, Disk, Quad, Sphere};
 use stride::world::Uv;
 
@@ -28,19 +29,31 @@ fn a_light_does_not_shadow_itself_at_any_distance() {
         mesh(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() }, 0)
     };
     type Make<'a> = &'a dyn Fn(&mut Stream) -> Entity;
-    let kinds: [(&str, Make<'_>); 7] = [
-        ("sphere", &|_| sphere(CENTRE, 1.0, 0)),
-        ("quad", &|stream| quad(CENTRE, direction(stream), direction(stream), 0)),
+    // Samples of all kinds whose light is chosen as one. Meshes, and boxes, are several.
+    let samples = bounded_samples(DVec3::ZERO, 1.0).into_iter().filter(|(_, shape)| {
+        let scene = Seen::new(entity(shape.clone(), 0), CENTRE);
+        shape.pieces().len() == 1 && scene.tables.lights.len() == 1
+    });
+    let samples: Vec<_> = samples.collect();
+    assert!(samples.len() >= 4, "{samples:?}");
+    let turned = |shape: &Shape, stream: &mut Stream| {
+        let turn = DQuat::from_axis_angle(direction(stream), stream.random_range(0.0..6.0));
+        entity(placed(shape, &DAffine3::from_rotation_translation(turn, CENTRE)).0.swap_remove(0), 0)
+    };
+    let turned: Vec<_> = samples
+        .iter()
+        .map(|(name, shape)| (*name, move |stream: &mut Stream| turned(shape, stream)))
+        .collect();
+    let special: [(&str, Make<'_>); 3] = [
         ("rectangle", &|stream| {
             let u = direction(stream);
             quad(CENTRE, u, u.any_orthonormal_vector() * 0.7, 0)
         }),
-        ("disk", &|stream| disk(CENTRE, direction(stream), 1.0, 0)),
-        ("cylinder", &|stream| cylinder(CENTRE, CENTRE + direction(stream), 0.3, 0)),
         ("triangle", &|stream| triangle(0.8, stream)),
         ("needle", &|stream| triangle(1e-3, stream)),
     ];
-    for (name, make) in kinds {
+    let turned = turned.iter().map(|(name, make)| (*name, make as Make<'_>));
+    for (name, make) in turned.chain(special) {
         // The fraction of light that would be lost to self-shadowing, and the fraction with shadow rays of the greatest
         // possible length.
         for distance in [3.0, 30.0, 1e3, 1e5] {

@@ -133,6 +133,7 @@ pub(super) fn glow(width: u32, height: u32) -> Scene {
 mod textured {
     use crate::parameter::{ImageIndex, Varying};
     use crate::scene::*;
+    use crate::shape::samples::{is_bounded, samples};
     use crate::texture::{ColorSpace, Depth, ImageFile, Picture, TexelFilter, Tile, Wrap};
     use std::sync::Arc;
     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/gallery.rs"));

@@ -15,7 +15,8 @@ use crate::math::{Ray, Vec3};
 use crate::sampling::independent::pcg4d;
 use crate::sampling::{Stream, warp};
 use crate::scene::{Integrator, Sampler};
-use crate::shape::{self, Cylinder, Disk, Plane, Quad, Shape, Sphere};
+use crate::shape::samples::{bounded_samples, unbounded_samples};
+use crate::shape::{self, Piece, Shape};
 use crate::world::SurfaceTable;
 use glam::DVec3;
 use rand::RngExt;
@@ -90,12 +91,14 @@ fn streams_are_identical() {
 
 #[test]
 fn hits_on_shapes_agree() {
+    /// The most distances that the probe puts out.
+    const MOST: usize = 16;
     let Some(device) = device() else { return };
-    let plane = Plane { normal: [0.48, -0.6, 0.64], distance: -1.5 };
-    let sphere = Sphere::new(glam::DVec3::new(0.5, -1.0, 2.0), 1.75);
-    let quad = Quad::new(DVec3::new(-1.0, -2.0, 1.0), DVec3::new(4.0, 0.5, 0.0), DVec3::new(0.0, 1.0, 3.0));
-    let disk = Disk::new(DVec3::new(0.5, 0.2, -1.0), DVec3::new(0.36, 0.48, 0.8), 2.5);
-    let cylinder = Cylinder::new(DVec3::new(-2.0, 1.0, -1.0), DVec3::new(1.0, 2.5, 1.0), 1.2);
+    // A sample of every kind that is not made of triangles; of a box, the first side.
+    let bounded = bounded_samples(DVec3::new(0.5, 0.2, -0.5), 2.5);
+    let all = unbounded_samples().into_iter().chain(bounded);
+    let pieces: Vec<Piece> = all.filter_map(|(_, shape)| shape.pieces().first().copied()).collect();
+    assert!((6..=MOST).contains(&pieces.len()), "{} kinds", pieces.len());
     let mut table = SurfaceTable::default();
     let attributes = crate::world::SurfaceAttributes {
         emission_texture: crate::texture::NO_TEXTURE,
@@ -105,9 +108,21 @@ fn hits_on_shapes_agree() {
         entity: 0,
         light: crate::light::NO_LIGHT,
     };
-    for form in [plane.surface(), sphere.surface(), quad.surface(), disk.surface(), cylinder.surface()] {
-        table.push(form, attributes);
-    }
+    let kind_of = |piece: &Piece| match piece {
+        Piece::Plane(_) => "PLANES",
+        Piece::Sphere(_) => "SPHERES",
+        Piece::Quad(_) => "QUADS",
+        Piece::Custom(_) => "CUSTOM",
+    };
+    let distance_to = |piece: &Piece, ray: &Ray<f32>| match piece {
+        Piece::Plane(plane) => plane.intersect(ray),
+        Piece::Sphere(sphere) => sphere.intersect(ray),
+        Piece::Quad(quad) => quad.intersect(ray),
+        Piece::Custom(custom) => custom.intersect(ray),
+    };
+    pieces.iter().for_each(|piece| {
+        table.push(piece.surface(), attributes);
+    });
     let surfaces = surface_rows(&table, &SurfaceColumns::new(&table).unwrap()).packed();
     let mut inputs = Vec::new();
     for u in units::<5>(20_000) {
@@ -115,24 +130,23 @@ fn hits_on_shapes_agree() {
         let d = warp::uniform_sphere([u[3], u[4]]);
         inputs.push([o[0], o[1], o[2], d.x, d.y, d.z]);
     }
-    let lines = "let ray = Ray(float3(0u), float3(3u), 0.0);
-        let kinds = array<u32, 5>(PLANES, SPHERES, QUADS, CUSTOM, CUSTOM);
-        for (var i = 0u; i < 5u; i++) { put_float(i, surface_intersect(kinds[i], surface_at(i), ray)); }";
-    let scene = Scene { custom_end: 5, ..nothing().scene };
+    let count = pieces.len();
+    let kinds: Vec<_> = pieces.iter().map(kind_of).collect();
+    let lines = format!(
+        "let ray = Ray(float3(0u), float3(3u), 0.0);
+        let kinds = array<u32, {count}>({});
+        for (var i = 0u; i < {count}u; i++) {{ put_float(i, surface_intersect(kinds[i], surface_at(i), ray)); }}",
+        kinds.join(", ")
+    );
+    let scene = Scene { custom_end: count as u32, ..nothing().scene };
     let tables = Tables { surfaces, scene, ..nothing() };
-    let outputs = probe::<6, 5>(&device, lines, &bits(&inputs), &tables);
-    let (mut met, mut doubtful) = ([0; 5], 0);
+    let outputs = probe::<6, MOST>(&device, &lines, &bits(&inputs), &tables);
+    let (mut met, mut doubtful) = (vec![0; count], 0);
     for (input, out) in inputs.iter().zip(outputs) {
         let [ox, oy, oz, dx, dy, dz] = *input;
         let ray = Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
-        let expected = [
-            plane.intersect(&ray),
-            sphere.intersect(&ray),
-            quad.intersect(&ray),
-            disk.intersect(&ray),
-            cylinder.intersect(&ray),
-        ];
-        for i in 0..5 {
+        let expected: Vec<f32> = pieces.iter().map(|piece| distance_to(piece, &ray)).collect();
+        for i in 0..count {
             let got = f32::from_bits(out[i]);
             if (expected[i] < shape::NOTHING) != (got < f32::MAX) {
                 doubtful += 1;

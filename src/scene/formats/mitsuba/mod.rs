@@ -54,10 +54,12 @@ use self::files::Files;
 use self::object::{Document, Tag};
 use self::report::{Place, Read, Reports};
 use super::options::LoadOptions;
+use crate::scene::dark_lights::{DarkLights, dark_lights};
 use crate::scene::description::Scene;
 use crate::scene::diagnostic::SceneErrors;
 use crate::scene::fingerprint::Sources;
 use crate::scene::mesh::cache::{MeshCache, Watch};
+use crate::scene::spelling::quote;
 use crate::scene::toml::Loaded;
 use glam::DAffine3;
 use std::path::Path;
@@ -94,6 +96,9 @@ fn parse_watched(
             if !scene.has_light() {
                 let help = "the picture will be black";
                 reports.warn(Place::default(), "nothing in the scene shines", Some(help.into()));
+            }
+            for DarkLights { message, help, .. } in dark_lights(&scene, quote) {
+                reports.warn(Place::default(), message, Some(help.into()));
             }
             Ok(Loaded { scene, warnings: reports.finish(options.strict)?, sources, crop })
         }

@@ -1,6 +1,7 @@
 //! The choice of lights.
 
 use super::*;
+use crate::shape::{Cylinder, Disk, Quad, Sphere};
 
 /// Two points, three spheres of which one emits inwards, a rectangle, a flipped quad that is no rectangle, a triangle,
 /// a disk, and two cylinders of which one emits inwards.

@@ -1,6 +1,7 @@
 //! Conversion of materials, and the notes about it.
 
 use super::*;
+use crate::scene::description::ConductorParameters;
 
 /// The converted material, its emission, and the notes about it.
 #[track_caller]
@@ -25,38 +26,72 @@ fn metallic(metal: f64, rough: f64) -> Value {
     json!({ "baseColorFactor": [0.5, 0.25, 0.125, 1], "metallicFactor": metal, "roughnessFactor": rough })
 }
 
+/// The converted metal of these coefficients k. η is 1.
+fn conductor(k: [f64; 3], roughness: f64) -> MaterialKind {
+    let (eta, k) = (Some([1.0; 3]), Some(k));
+    ConductorParameters { metal: None, eta, k, roughness: [roughness; 2] }.into()
+}
+
+/// The coefficients k of a metal that reflects [`RED`].
+fn red() -> [f64; 3] {
+    [2.0, 2.0 * (0.25_f64 / 0.75).sqrt(), 2.0 * (0.125_f64 / 0.875).sqrt()]
+}
+
 #[test]
-fn metal_is_a_mirror_and_the_rest_is_matte_with_a_note() {
-    let mirror = MaterialKind::Mirror(MirrorParameters { reflectance: RED });
+fn metals_are_conductors_and_the_rest_is_matte_with_a_note() {
     let matte = MaterialKind::Matte(MatteParameters { reflectance: RED, roughness: 0.0 });
     let between = "metalness between 0 and 1 is rounded to 0 or 1";
-    let rough_metal = "rough metals become perfect mirrors";
     let dielectric = "dielectric materials become matte, without their specular reflection";
     for (metal, rough, kind, right) in [
-        (1.0, 0.0, &mirror, &[][..]),
-        (1.0, 0.5, &mirror, &[rough_metal]),
-        (0.75, 0.0, &mirror, &[between]),
-        (0.75, 1.0, &mirror, &[between, rough_metal]),
+        (1.0, 0.0, &conductor(red(), 0.0), &[][..]),
+        (1.0, 0.5, &conductor(red(), 0.5), &[]),
+        (0.75, 0.0, &conductor(red(), 0.0), &[between]),
+        (0.75, 1.0, &conductor(red(), 1.0), &[between]),
+        (1.0, 1.5, &conductor(red(), 1.0), &[]),
+        (1.0, -0.5, &conductor(red(), 0.0), &[]),
         (0.25, 1.0, &matte, &[between, dielectric]),
         (0.0, 1.0, &matte, &[dielectric]),
     ] {
         let (is, _, notes) = read(json!({ "pbrMetallicRoughness": metallic(metal, rough) }));
         assert_eq!((&is, &notes[..]), (kind, &right.iter().map(|&r| r.to_owned()).collect::<Vec<_>>()[..]));
     }
-    // The default material is a rough metal.
+    // The default material is a rough metal that reflects everything, which no conductor does.
     let (kind, _, notes) = read(json!({}));
-    assert_eq!(
-        (kind, &notes[..]),
-        (MaterialKind::Mirror(MirrorParameters { reflectance: [1.0; 3] }), &[rough_metal.into()][..])
-    );
+    assert_eq!((kind, notes), (conductor([2.0 * (0.999_f64 / (1.0 - 0.999)).sqrt(); 3], 1.0), vec![]));
     let mut textured = metallic(1.0, 0.0);
     textured["metallicRoughnessTexture"] = json!({ "index": 0 });
     let (kind, _, notes) = read(json!({ "pbrMetallicRoughness": textured }));
     assert_eq!(kind, matte);
     assert_eq!(
         notes,
-        ["textures are not read", "materials whose metalness is in a texture become matte", dielectric]
+        [
+            "textures are not read",
+            "materials whose metalness and roughness are in a texture become matte",
+            dielectric
+        ]
     );
+    // Of a metal with a texture of colours, the factor remains.
+    let mut textured = metallic(1.0, 0.25);
+    textured["baseColorTexture"] = json!({ "index": 0 });
+    let (kind, _, notes) = read(json!({ "pbrMetallicRoughness": textured }));
+    assert_eq!((kind, &notes[..]), (conductor(red(), 0.25), &["textures are not read".to_owned()][..]));
+}
+
+/// Fresnel's equations at normal incidence, (|η + i·k − 1| / |η + i·k + 1|)², give the base colour.
+#[test]
+fn metals_reflect_their_base_colour_at_normal_incidence() {
+    for r in [0.0, 1e-6, 0.04, 0.25, 0.5, 0.75, 0.9, 0.999, 0.9999, 1.0] {
+        let metal = json!({ "baseColorFactor": [r, r * 0.5, 1.0 - r, 1] });
+        let (kind, _, _) = read(json!({ "pbrMetallicRoughness": metal }));
+        let MaterialKind::Conductor(ConductorParameters { eta: Some(eta), k: Some(k), .. }) = kind else {
+            panic!("{kind:?} is not a conductor of eta and k")
+        };
+        for (i, expected) in [r, r * 0.5, 1.0 - r].into_iter().enumerate() {
+            let reflected = ((eta[i] - 1.0).powi(2) + k[i] * k[i]) / ((eta[i] + 1.0).powi(2) + k[i] * k[i]);
+            let expected = f64::min(expected, 0.999);
+            assert!((reflected - expected).abs() < 1e-14, "{reflected} is not {expected}");
+        }
+    }
 }
 
 /// The notes about a smooth metal, which has none by itself, with more properties.
@@ -151,16 +186,19 @@ fn glass_is_smooth_and_solid_with_notes() {
 #[test]
 fn specular_glossiness_and_unlit_materials_are_approximated_with_notes() {
     let glossy = |diffuse: Value| {
-        let glossy = json!({ "diffuseFactor": diffuse, "specularFactor": [0.5, 0.25, 0.125] });
+        let glossy = json!({
+            "diffuseFactor": diffuse,
+            "specularFactor": [0.5, 0.25, 0.125],
+            "glossinessFactor": 0.75,
+        });
         read(json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": glossy } }))
     };
-    let note = "specular-glossiness materials become matte or perfect mirrors";
+    let note = "specular-glossiness materials become matte or conductors";
     let (kind, _, notes) = glossy(json!([0.25, 0.5, 0.75, 1]));
     assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: [0.25, 0.5, 0.75], roughness: 0.0 }));
     assert_eq!(notes, [note]);
     let (kind, _, notes) = glossy(json!([0, 0, 0, 1]));
-    assert_eq!(kind, MaterialKind::Mirror(MirrorParameters { reflectance: RED }));
-    assert_eq!(notes, [note]);
+    assert_eq!((kind, &notes[..]), (conductor(red(), 0.25), &[note.to_owned()][..]));
     let unlit = json!({ "KHR_materials_unlit": {} });
     let (kind, _, notes) = read(json!({ "pbrMetallicRoughness": metallic(1.0, 1.0), "extensions": unlit }));
     assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: RED, roughness: 0.0 }));

@@ -29,6 +29,10 @@ const END: u64 = u64::MAX;
 const LONGEST_PATH: usize = 1000;
 
 /// Loads a scene and lists its files.
+///
+/// # Errors
+///
+/// If it cannot be read, or names files by absolute paths, even if these are in its folder: workers have other folders.
 pub(super) fn load_with_files(
     scene: &Path,
     options: &LoadOptions,
@@ -36,25 +40,22 @@ pub(super) fn load_with_files(
     let failed = |reason| FleetError::File { path: scene.to_path_buf(), reason };
     let load = || load_with(scene, options, &mut |_, _, _| {});
     let (loaded, files) = access::watched(None, load).map_err(failed)?;
-    Ok((loaded?, files))
+    let loaded = loaded?;
+    match files.absolute.first() {
+        None => Ok((loaded, files.opened)),
+        Some(name) => Err(FleetError::Job(format!(
+            "the scene names {name:?} by an absolute path, which other machines do not have: use a path relative to the scene file"
+        ))),
+    }
 }
 
 /// The manifest of a scene's files, and the path of each on this machine.
 pub(super) fn manifest(scene: &Path, files: &[PathBuf]) -> Result<(Manifest, Vec<PathBuf>), FleetError> {
-    let folder = scene.parent().unwrap_or(Path::new(""));
-    let mut plain = Vec::new();
-    for file in files {
-        // A path that the scene gives relative to its folder begins with that folder.
-        let is_relative = file.strip_prefix(folder).is_ok_and(|rest| rest.is_relative());
-        if !is_relative {
-            return Err(FleetError::Job(format!(
-                "the scene names {file:?} by an absolute path, which other machines do not have: use a path relative to the scene file"
-            )));
-        }
-        plain.push(absolute(file)?);
-    }
     let own = absolute(scene)?;
-    let mut all: Vec<(PathBuf, PathBuf)> = plain.into_iter().zip(files.iter().cloned()).collect();
+    let mut all = Vec::new();
+    for file in files {
+        all.push((absolute(file)?, file.clone()));
+    }
     if !all.iter().any(|(plain, _)| *plain == own) {
         all.push((own.clone(), scene.to_path_buf()));
     }
@@ -381,8 +382,51 @@ mod tests {
         let names: Vec<_> = manifest.files.iter().map(|file| &file.path[..]).collect();
         assert_eq!((names, manifest.scene), (vec!["scenes/a.toml", "textures/t.png"], 0));
         assert_eq!((manifest.files[1].bytes, paths.len()), (2, 2));
-        let error = super::manifest(&path("scenes/a.toml"), &[path("textures/t.png")]).unwrap_err();
-        assert!(error.to_string().contains("absolute path"), "{error}");
+    }
+
+    #[test]
+    fn absolute_names_are_refused_by_every_reader() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        let write = |name: &str, text: &str| fs::write(path(name), text).unwrap();
+        fs::create_dir(path("meshes")).unwrap();
+        let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        write("m.obj", obj);
+        write("red.mtl", "newmtl red\nKd 1 0 0\n");
+        image::RgbImage::new(1, 1).save(path("p.png")).unwrap();
+        write("inner.xml", "<scene version=\"3.0.0\"/>");
+        let own = |file: &str| {
+            format!(
+                "materials.m = {{ type = \"matte\" }}\n[[entities]]\nshape = {{ type = \"mesh\", {file} }}\nmaterial = \"m\"\n"
+            )
+        };
+        let xml = |body: String| format!("<scene version=\"3.0.0\">{body}</scene>");
+        let shape =
+            |file: &str| format!("<shape type=\"obj\"><string name=\"filename\" value=\"{file}\"/></shape>");
+        let picture = |file: &str| format!("[environment]\nfile = \"{file}\"\n");
+        let library = |file: &str| {
+            write("library.obj", &format!("mtllib {file}\n{obj}"));
+            own("file = \"library.obj\", materials = \"file\"").replace("material = \"m\"\n", "")
+        };
+        type Scene<'a> = &'a dyn Fn(&str) -> String;
+        let scenes: [(&str, &str, Scene<'_>); 6] = [
+            ("a.toml", "m.obj", &|file| own(&format!("file = \"{file}\""))),
+            ("a.toml", "p.png", &picture),
+            ("a.toml", "red.mtl", &library),
+            ("a.xml", "m.obj", &|file| xml(shape(file))),
+            ("a.xml", "inner.xml", &|file| xml(format!("<include filename=\"{file}\"/>"))),
+            ("a.xml", "meshes", &|file| xml(format!("<path value=\"{file}\"/>{}", shape("m.obj")))),
+        ];
+        for (scene, name, text) in scenes {
+            // Negative control: the name alone.
+            write(scene, &text(name));
+            let load = || load_with_files(Path::new(&path(scene)), &LoadOptions::default());
+            let (_, files) = load().unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert!(files.len() > 1 && manifest(Path::new(&path(scene)), &files).is_ok(), "{files:?}");
+            write(scene, &text(&path(name)));
+            let error = load().map(drop).unwrap_err().to_string();
+            assert!(error.contains("absolute path") && error.contains(name), "{error}");
+        }
     }
 
     #[test]

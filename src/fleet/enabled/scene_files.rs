@@ -1,29 +1,24 @@
-//! The files of a scene: sent by content, each once, and kept in a cache.
+//! The files of a scene: their list, and the cache in which they are kept.
 //!
 //! A scene is laid out below one folder, as it was on the machine that submitted it, so that relative paths stay valid. A
 //! worker does not trust it: paths are plain names, contents match their hashes, sizes are limited, and the readers of the
 //! scene are confined to the folder.
 
-use super::Stop;
-use super::broker::{Answer, Broker, FILES};
+use super::broker::Broker;
 use super::job::{Job, Manifest, SceneFile, unique};
-use super::mail::jobs;
-use crate::fleet::{FleetError, JobState};
+use super::uploads::Linked;
+use crate::fleet::FleetError;
 use crate::scene::{LoadOptions, Loaded, load_with};
 use crate::texture::access;
-use crossbeam_channel::TryRecvError;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
 
 /// The most files of a scene.
 const MOST_FILES: usize = 20_000;
-
-/// The number of the message that marks the end of a file.
-const END: u64 = u64::MAX;
 
 /// The longest path of a file in bytes, and the most folders in it.
 const LONGEST_PATH: usize = 1000;
@@ -147,55 +142,6 @@ fn check(manifest: &Manifest, most_bytes: u64) -> Result<(), FleetError> {
     Ok(())
 }
 
-/// The number of parts of a file.
-fn parts(bytes: u64, part: usize) -> u64 {
-    bytes.div_ceil(part as u64).max(1)
-}
-
-/// The message on a part: a file ends with one that is not followed by another.
-fn subject(sha256: &str, part: u64) -> String {
-    format!("stride.file.{sha256}.{part}")
-}
-
-/// Sends the files that the server does not have yet.
-pub(super) fn send(
-    broker: &Broker,
-    manifest: &Manifest,
-    paths: &[PathBuf],
-    stop: &Stop,
-) -> Result<(), FleetError> {
-    for (file, path) in manifest.files.iter().zip(paths) {
-        if is_complete(broker, file)? {
-            continue;
-        }
-        // Parts of an interrupted attempt may have another size.
-        broker.remove_all(FILES, &format!("stride.file.{}.*", file.sha256))?;
-        let failed = |reason| FleetError::File { path: path.clone(), reason };
-        let mut input = File::open(path).map_err(failed)?;
-        let size = broker.part_bytes();
-        for part in 0..parts(file.bytes, size) {
-            let mut piece = Vec::new();
-            Read::by_ref(&mut input).take(size as u64).read_to_end(&mut piece).map_err(failed)?;
-            if !matches!(stop.try_recv(), Err(TryRecvError::Empty)) {
-                return Err(FleetError::Job("stopped before the scene was on the server".to_owned()));
-            }
-            let answer = broker.store(subject(&file.sha256, part), piece, None)?;
-            debug_assert!(answer != Answer::Conflict);
-        }
-        let end = broker.store(subject(&file.sha256, END), Vec::new(), None)?;
-        debug_assert!(end != Answer::Conflict);
-    }
-    Ok(())
-}
-
-/// Whether the server has a file: its end and all parts. Another submitter may have removed some and died.
-fn is_complete(broker: &Broker, file: &SceneFile) -> Result<bool, FleetError> {
-    let subjects = broker.subjects(FILES, &format!("stride.file.{}.*", file.sha256))?;
-    // There are more parts if the server accepted smaller messages when they were sent.
-    let parts = parts(file.bytes, broker.part_bytes());
-    Ok(subjects.contains(&subject(&file.sha256, END)) && subjects.len() as u64 > parts)
-}
-
 /// The files of scenes on this machine.
 pub(super) struct Cache {
     folder: PathBuf,
@@ -259,20 +205,22 @@ impl Cache {
         let refuse = |why: &str| FleetError::Refused(format!("{:?} of the scene {why}", file.path));
         let half = self.folder.join("files").join(unique("half"));
         let failed = |reason: io::Error| FleetError::File { path: half.clone(), reason };
+        let missing = || {
+            FleetError::Incomplete(format!(
+                "{:?} of the scene is missing on the server; submit the job again",
+                file.path
+            ))
+        };
+        let linked = Linked::find(broker, &file.sha256)?.ok_or_else(missing)?;
         let mut out = File::create(&half).map_err(failed)?;
         let (mut digest, mut bytes, mut part) = (Sha256::new(), 0, 0);
         let fetched = loop {
             if bytes == file.bytes && part > 0 {
                 break Ok(());
             }
-            let piece = match broker.last(FILES, &subject(&file.sha256, part)) {
-                Ok(Some(piece)) => piece.payload,
-                Ok(None) => {
-                    break Err(FleetError::Incomplete(format!(
-                        "{:?} of the scene is missing on the server; submit the job again",
-                        file.path
-                    )));
-                }
+            let piece = match linked.part(broker, part) {
+                Ok(Some(piece)) => piece,
+                Ok(None) => break Err(missing()),
                 Err(error) => break Err(error),
             };
             bytes += piece.len() as u64;
@@ -335,33 +283,6 @@ impl Cache {
         }
         Ok(())
     }
-}
-
-/// Removes the files of a job that is over, except those that other jobs need.
-///
-/// The ends come first. Thus an interrupted removal leaves no file that looks complete, and a job that is submitted
-/// meanwhile is either seen here, or finds its files incomplete and sends them again.
-pub(super) fn forget(broker: &Broker, job: &Job) -> Result<(), FleetError> {
-    let mut ends = BTreeMap::new();
-    for file in &job.scene.files {
-        if let Some(end) = broker.last(FILES, &subject(&file.sha256, END))? {
-            broker.remove(FILES, end.sequence)?;
-            ends.insert(&*file.sha256, end.sequence);
-        }
-    }
-    let others = jobs(broker)?;
-    // Jobs that are done can be extended.
-    let kept = others.iter().filter(|other| other.id != job.id && other.state != JobState::Cancelled);
-    let needed: BTreeSet<&str> =
-        kept.flat_map(|other| &other.scene.files).map(|file| &*file.sha256).collect();
-    for (sha256, end) in ends {
-        match needed.contains(sha256) {
-            true => drop(broker.store(subject(sha256, END), Vec::new(), None)?),
-            // Later parts are those of a job that is being submitted.
-            false => broker.remove_before(FILES, &format!("stride.file.{sha256}.*"), end)?,
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -3,17 +3,21 @@
 
     cargo build --release --features fleet
     benches/fleet.py [--program target/release/stride] [--sizes 1920x1080,3840x2160] [--units 4,12]
-    benches/fleet.py --pairs 5    two workers of one thread against a render of two threads, in turns
+    benches/fleet.py --pairs 3    two workers of one thread against a render of two threads, in turns: 4 minutes on two cores
     benches/fleet.py --try        tiny pictures: shows that the script works
 
 Starts nats-server on a free port of this machine. A job of units of one sample is rendered by one worker while nobody
 collects, so that the server stores all results. Then they are collected. This is done with two numbers of units, and the
 difference is what further units cost: the scene, the outputs and the checkpoint are in both.
 
-With --pairs, seconds are those from the start of `submit` or `render` to its end; workers wait for jobs before. Processor
-seconds are those of all processes together, server and workers included: on a busy machine, only these can be compared.
+Processor seconds are those of user and system. Of the collector they are what the model of docs/fleet.md needs; seconds of
+collecting also contain the server's work, and whatever else the machine does.
+
+With --pairs, seconds are those from the start of `submit` or `render` to its end; workers wait for jobs before. Ratios
+are those of `render` to the fleet: 0.95 is 95 % of its speed. Only a quiet machine gives valid ones: units are sized by seconds,
+so that on a busy machine they have fewer samples, and their fixed costs weigh more in processor seconds, too.
 """
-import argparse, json, os, pathlib, re, statistics, subprocess, sys, tempfile, threading, time
+import argparse, json, os, pathlib, re, socket, statistics, subprocess, sys, tempfile, threading, time
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--program", default=os.environ.get("STRIDE", "target/release/stride"))
@@ -21,7 +25,7 @@ parser.add_argument("--sizes", default="16x12,1920x1080,3840x2160")
 parser.add_argument("--units", default="4,12")
 parser.add_argument("--pairs", type=int, default=0)
 parser.add_argument("--size", default="640x360")
-parser.add_argument("--spp", default="512")
+parser.add_argument("--spp", default="768")
 parser.add_argument("--try", dest="short", action="store_true")
 arguments = parser.parse_args()
 if arguments.short:
@@ -59,12 +63,16 @@ class Fleet:
         return subprocess.run(self.stride(*command), cwd=self.folder, check=True, capture_output=True, text=True).stdout.strip()
 
     def stored(self):
-        """Bytes of the results on the server."""
-        return sum(path.stat().st_size for path in (self.folder / "store").rglob("*") if path.is_file())
+        """Bytes of the results on the server, as it states them: its files may lag behind."""
+        host, port = self.url.removeprefix("nats://").rsplit(":", 1)
+        with socket.create_connection((host, int(port))) as connection, connection.makefile("rb") as lines:
+            connection.sendall(b'CONNECT {"verbose":false}\r\nSUB answer 1\r\nPUB $JS.API.STREAM.INFO.STRIDE_RESULTS answer 0\r\n\r\n')
+            for line in lines:
+                if line.startswith(b"MSG answer"):
+                    return json.loads(lines.readline())["state"]["bytes"]
 
     def units(self, size, count):
         """Seconds of rendering, of a worker in all, and of collecting so many units, and their bytes on the server."""
-        before = self.stored()
         fixed = ["--size", size, "--unit", "1ms", "--spp", count, "--detach", "-q", "--cache", "cache"]
         job = self.run("submit", SCENE, "--max-depth", 3, *fixed)
         worker = subprocess.Popen(self.stride("work", "--name", "w", "--cache", "cache"), cwd=self.folder,
@@ -78,7 +86,7 @@ class Fleet:
                 break
         worker.kill()
         worker.wait()
-        stored = self.stored() - before
+        stored = self.stored()
         start = time.monotonic()
         collector = subprocess.Popen(
             self.stride("jobs", "collect", job, "-q", "--film", "x.film", "--checkpoint", "1h", "--cache", "cache"),
@@ -123,31 +131,38 @@ def render_by_two(folder):
     start = time.monotonic()
     process = subprocess.Popen(fleet.stride("submit", SCENE, "-q", "--size", arguments.size, "--spp", arguments.spp,
                                             "-o", "two.exr", "--cache", "cache"), cwd=folder)
-    used = seconds_of(process)
+    collector = seconds_of(process)
     took = time.monotonic() - start
     for worker in workers:
         worker.terminate()
-        used += seconds_of(worker)
-    return took, used + fleet.end()
+    rendering = sum(map(seconds_of, workers))
+    return took, rendering, collector, fleet.end()
 
 
 if arguments.pairs or arguments.short:
-    print("s and processor s of --threads 2, the same of two workers, ratios of the first to the second, load")
+    print("s of --threads 2, s of the fleet, processor s of --threads 2, of the workers, of the collector, of the server, ratio of "
+          "s, ratio of processor s, load")
     ratios = []
-    for _ in range(max(arguments.pairs, 1)):
+    for pair in range(max(arguments.pairs, 1)):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
-            alone, two = render_alone(folder), render_by_two(folder)
+            # In turns, so that a change of the load favours neither.
+            if pair % 2 == 0:
+                alone, two = render_alone(folder), render_by_two(folder)
+            else:
+                two, alone = render_by_two(folder), render_alone(folder)
             if (folder / "alone.exr").read_bytes() != (folder / "two.exr").read_bytes():
                 raise SystemExit("the pictures differ")
-        ratios.append([a / b for a, b in zip(alone, two)])
-        print(*(f"{x:.2f}" for x in (*alone, *two, *ratios[-1], os.getloadavg()[0])), sep=", ", flush=True)
-    print("medians:", *(f"{statistics.median(column):.3f}" for column in zip(*ratios)))
+        (took, used), (took_by_two, *used_by_two) = alone, two
+        ratios.append([took / took_by_two, used / sum(used_by_two)])
+        shown = took, took_by_two, used, *used_by_two, *ratios[-1], os.getloadavg()[0]
+        print(*(f"{x:.3f}" for x in shown), sep=", ", flush=True)
+    print("medians of the ratios:", *(f"{statistics.median(column):.3f}" for column in zip(*ratios)))
     if not arguments.short:
         raise SystemExit
 
-print("size, MB of a film, MB on the way, s of packing and sending, s of collecting, s of the collector's CPU, units/s, MB/s, "
-      "workers at 10, 30, 60 s")
+print("size, MB of a film, MB on the way, s of packing and sending, s of collecting, processor s of the collector, of the server, "
+      "processor s of the scene and a checkpoint, units/s and MB/s of the collector's processor, workers at units of 10, 30, 60 s")
 for size in arguments.sizes.split(","):
     rows = []
     for count in (few, many):
@@ -155,16 +170,18 @@ for size in arguments.sizes.split(","):
             folder = pathlib.Path(name)
             fleet = Fleet(folder)
             try:
-                rows.append(fleet.units(size, count))
+                row = fleet.units(size, count)
             finally:
-                fleet.end()
-    (_, short, stored_few, _), (times, long, stored_many, film) = rows
+                serving = fleet.end()
+            rows.append((*row, serving))
+    (_, short, stored_few, _, serving_few), (times, long, stored_many, film, serving_many) = rows
     collecting, computing = ((b - a) / (many - few) for a, b in zip(short, long))
+    serving, rest = (serving_many - serving_few) / (many - few), short[1] - few * computing
     packed = (stored_many - stored_few) / (many - few)
     # The first unit includes compiling the scene. The others are taken one after the other.
     spans = [later[0] - earlier[0] - later[1] for earlier, later in zip(times[1:], times[2:])]
     sending = sorted(spans)[len(spans) // 2] if spans else float("nan")
-    workers = [int(unit / collecting) if collecting > 0 else 0 for unit in (10, 30, 60)]
-    print(f"{size}, {film / 1e6:.1f}, {packed / 1e6:.2f}, {sending:.3f}, {collecting:.3f}, {computing:.3f}, {1 / collecting:.1f}, "
-          f"{packed / 1e6 / collecting:.1f}, {workers}")
+    workers = [int(unit / computing) if computing > 0 else 0 for unit in (10, 30, 60)]
+    print(f"{size}, {film / 1e6:.1f}, {packed / 1e6:.2f}, {sending:.3f}, {collecting:.3f}, {computing:.3f}, {serving:.3f}, {rest:.2f}, "
+          f"{1 / max(computing, 1e-9):.1f}, {packed / 1e6 / max(computing, 1e-9):.1f}, {workers}")
     sys.stdout.flush()

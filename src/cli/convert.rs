@@ -49,10 +49,7 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
             );
         }
     }
-    // Readers of other formats return paths of images relative to the current folder, that of TOML relative to the
-    // scene.
-    let is_foreign = Format::of(&arguments.scene).is_some() && !is_own(&arguments.scene);
-    let folder = arguments.scene.parent().filter(|_| !is_foreign).unwrap_or(Path::new(""));
+    let folder = arguments.scene.parent().unwrap_or(Path::new(""));
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let beside = PathBuf::from(format!("{stem}-files"));
     let written =

@@ -19,7 +19,7 @@ use crate::texture::uses_of_second_uv;
 
 /// The meshes that a scene was read from, in any order, each with the names of its file and part.
 ///
-/// Messages use these names. Files that mesh files refer to, with colours or buffers, count by the resulting values.
+/// Messages use these names, which do not depend on the path of the scene. Files that mesh files refer to, with colours or buffers, count by the resulting values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sources(pub Vec<(String, Arc<Mesh>)>);
 
@@ -149,9 +149,17 @@ pub fn differing(ours: &str, theirs: &str) -> String {
     fn parts(outline: &str) -> Vec<(&str, &str)> {
         outline.split_terminator(SEPARATOR).filter_map(|part| part.split_at_checked(8)).collect()
     }
+    // Films of earlier builds have the path of the scene's folder before names of files.
+    fn is_same(a: &str, b: &str) -> bool {
+        let is_end = |long: &str, short: &str| {
+            long.strip_suffix(short).is_some_and(|folder| folder.is_empty() || folder.ends_with(['/', '\\']))
+        };
+        is_end(a, b) || is_end(b, a)
+    }
     let (ours, theirs) = (parts(ours), parts(theirs));
-    let mut names: Vec<&str> = ours.iter().filter(|part| !theirs.contains(part)).map(|part| part.1).collect();
-    let gone = theirs.iter().filter(|part| ours.iter().all(|ours| ours.1 != part.1));
+    let is_kept = |part: &(&str, &str)| theirs.iter().any(|it| it.0 == part.0 && is_same(it.1, part.1));
+    let mut names: Vec<&str> = ours.iter().filter(|part| !is_kept(part)).map(|part| part.1).collect();
+    let gone = theirs.iter().filter(|part| ours.iter().all(|ours| !is_same(ours.1, part.1)));
     names.extend(gone.map(|part| part.1));
     match names.len() {
         0 => "the order of its entities".to_owned(),

@@ -1,36 +1,58 @@
 //! Which files the readers of a scene open, and which they may open.
 //!
-//! A caller that sends a scene elsewhere needs the list of its files. A caller that loads a scene that it does not trust
-//! confines the readers to a folder. All readers of files call `opening` first. Readers run on the caller's thread, so
-//! that one load does not affect another.
+//! A caller that sends a scene elsewhere needs the list of its files, and must know whether it names some by absolute
+//! paths. A caller that loads a scene that it does not trust confines the readers to a folder. All readers get paths from
+//! `named`, and call `opening` first. They run on the caller's thread, so that one load does not affect another.
 
 use std::cell::RefCell;
 use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// What is known of the load in progress.
 #[derive(Default)]
 struct Load {
     /// The folder outside of which no file may be opened; canonical.
     root: Option<PathBuf>,
-    opened: Vec<PathBuf>,
+    files: Files,
+}
+
+/// The files of a scene.
+#[derive(Debug, Default)]
+pub struct Files {
+    /// The files that were opened, each once, by the paths that were used.
+    pub opened: Vec<PathBuf>,
+    /// The absolute paths among the names in the scene, which other machines do not have.
+    pub absolute: Vec<String>,
 }
 
 thread_local! {
     static LOAD: RefCell<Option<Load>> = const { RefCell::new(None) };
 }
 
-/// Runs a function that loads a scene. Returns its result and the files that it opened, each once, by the paths that it
-/// used. If a folder is given, which must exist, files outside of it are refused.
-pub fn watched<T>(root: Option<&Path>, load: impl FnOnce() -> T) -> io::Result<(T, Vec<PathBuf>)> {
+/// Runs a function that loads a scene. Returns its result and the scene's files. If a folder is given, which must exist,
+/// files outside of it are refused.
+pub fn watched<T>(root: Option<&Path>, load: impl FnOnce() -> T) -> io::Result<(T, Files)> {
     let root = root.map(Path::canonicalize).transpose()?;
-    let before = LOAD.replace(Some(Load { root, opened: Vec::new() }));
+    let before = LOAD.replace(Some(Load { root, files: Files::default() }));
     let loaded = load();
-    let watched = LOAD.replace(before).unwrap_or_default();
-    let mut opened = watched.opened;
-    opened.sort();
-    opened.dedup();
-    Ok((loaded, opened))
+    let mut files = LOAD.replace(before).unwrap_or_default().files;
+    files.opened.sort();
+    files.opened.dedup();
+    files.absolute.sort();
+    files.absolute.dedup();
+    Ok((loaded, files))
+}
+
+/// The path of a file or folder by its name in a scene, which is relative to `folder` or absolute.
+pub(crate) fn named(folder: &Path, name: &str) -> PathBuf {
+    let is_relative =
+        !matches!(Path::new(name).components().next(), Some(Component::Prefix(_) | Component::RootDir));
+    LOAD.with_borrow_mut(|load| {
+        if let Some(load) = load.as_mut().filter(|_| !is_relative) {
+            load.files.absolute.push(name.to_owned());
+        }
+    });
+    folder.join(name)
 }
 
 /// Records that a file is about to be opened; fails if it must not be.
@@ -44,7 +66,7 @@ pub(crate) fn opening(path: &Path) -> io::Result<()> {
                 return Err(io::Error::new(ErrorKind::PermissionDenied, message));
             }
         }
-        load.opened.push(path.to_path_buf());
+        load.files.opened.push(path.to_path_buf());
         Ok(())
     })
 }
@@ -57,10 +79,20 @@ mod tests {
     fn opened_files_are_listed_once_and_only_while_watched() {
         let folder = tempfile::tempdir().unwrap();
         let (a, b) = (folder.path().join("a"), folder.path().join("b"));
-        let watch = |root| watched(root, || [&a, &b, &a].map(|path| opening(path).is_ok())).unwrap();
-        assert_eq!(watch(None), ([true; 3], vec![a.clone(), b.clone()]));
+        let (may, files) = watched(None, || [&a, &b, &a].map(|path| opening(path).is_ok())).unwrap();
+        assert_eq!((may, files.opened), ([true; 3], vec![a.clone(), b]));
         assert!(opening(&a).is_ok());
-        assert!(watched(None, || ()).unwrap().1.is_empty());
+        assert!(watched(None, || ()).unwrap().1.opened.is_empty());
+    }
+
+    #[test]
+    fn absolute_names_are_listed_even_inside_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = folder.path().join("a.ply").to_str().unwrap().to_owned();
+        let names = ["a.ply", "../a.ply", &inside, &inside];
+        let (paths, files) = watched(None, || names.map(|name| named(folder.path(), name))).unwrap();
+        assert_eq!(files.absolute, [inside]);
+        assert!(paths[0] == paths[2] && files.opened.is_empty());
     }
 
     #[test]

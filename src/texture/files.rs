@@ -1,5 +1,6 @@
 //! Image files and their tiles.
 
+use super::access;
 use super::decode::read;
 use super::fault::PictureError;
 use super::picture::Picture;
@@ -117,9 +118,10 @@ pub fn read_files(folder: &Path, name: &str, room: &mut u64) -> Result<ImageFile
         Err(error) => Err(FilesError::Picture { path, error }),
     };
     if !name.contains(UDIM) {
-        return Ok(ImageFile::of(name.to_owned(), one(folder.join(name))?));
+        return Ok(ImageFile::of(name.to_owned(), one(access::named(folder, name))?));
     }
-    let tiles = (FIRST..=LAST).map(|number| (number, folder.join(name.replace(UDIM, &number.to_string()))));
+    let of = |number: u32| access::named(folder, &name.replace(UDIM, &number.to_string()));
+    let tiles = (FIRST..=LAST).map(|number| (number, of(number)));
     let tiles = tiles.filter(|(_, path)| path.exists());
     let tiles: Result<Vec<_>, _> =
         tiles.map(|(number, path)| Ok(Tile { number, picture: one(path)? })).collect();

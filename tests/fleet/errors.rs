@@ -219,3 +219,56 @@ fn options_that_cannot_be_meant_are_errors_of_the_command_line() {
         assert!(said.contains("nothing listens there"), "{arguments:?}: {said}");
     }
 }
+
+#[test]
+fn malformed_units_and_results_end_no_worker_and_no_collector() {
+    if !has_server() {
+        return;
+    }
+    let place = Place::start(&[]);
+    let scene = cover();
+    let fixed = ["submit", &scene, "--detach", "-q", "--size", SIZE, "--unit", "1ms", "--spp", "3"];
+    let id = place.succeed(&fixed).0.trim().to_owned();
+    // No unit at all, one without samples, and one of another job.
+    let other = |job: &str| format!("{{\"job\":\"{job}\",\"first\":7,\"end\":7,\"check\":0,\"not\":[]}}");
+    place.publish(&format!("stride.unit.{id}.junk"), "junk");
+    place.publish(&format!("stride.unit.{id}.7.7.0"), &other(&id));
+    place.publish(&format!("stride.unit.{id}.7.8.0"), &other("jother").replace("\"end\":7", "\"end\":8"));
+    place.publish(&format!("stride.done.{id}.0.1.nonce"), "junk");
+    let mut worker = place.worker("w", |_| ());
+    for said in ["a unit is malformed", "a unit has no samples"] {
+        poll(said, || place.said("w").contains(said));
+    }
+    let collect = ["jobs", "collect", &id, "--film", "m.film", "-o", "m.exr"];
+    let (_, said) = place.succeed(&collect);
+    assert!(said.contains("a result is malformed"), "{said}");
+    place.expect_single("m", &["--spp", "3"]);
+    assert!(!worker.has_ended() && place.said("w").contains("it is ignored"), "{}", place.said("w"));
+}
+
+#[test]
+fn a_job_that_could_not_grow_is_refused() {
+    if !has_server() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.conf");
+    fs::write(&path, "max_payload: 8KB").unwrap();
+    let place = Place::start(&["-c", path.to_str().unwrap()]);
+    // Tiles of one picture, whose names fill the message of a job.
+    let tile = |number: u32| image::RgbImage::new(1, 1).save(place.path(&format!("t{number}.png"))).unwrap();
+    (1001..1041).for_each(tile);
+    let text = fs::read_to_string(cover()).unwrap();
+    let more = "\n[textures.t]\ntype = \"image\"\nfile = \"t<UDIM>.png\"\n[materials.t]\ntype = \"matte\"\nreflectance = \"t\"\n";
+    fs::write(place.path("a.toml"), text + more).unwrap();
+    let submit = ["submit", "a.toml", "--detach", "-q", "--size", SIZE, "--spp", "2"];
+    let said = place.fail(&submit);
+    assert!(said.contains("names of its 41 files") && said.contains("raise max_payload"), "{said}");
+    assert_eq!(place.succeed(&["jobs", "list"]).0, "");
+    // Negative control: fewer files leave room.
+    (1003..1041).for_each(|number| fs::remove_file(place.path(&format!("t{number}.png"))).unwrap());
+    let id = place.succeed(&submit).0.trim().to_owned();
+    let _worker = place.worker("w", |_| ());
+    place.succeed(&["jobs", "collect", &id, "-q", "--film", "g.film", "-o", "g.exr"]);
+    place.expect_single_of("a.toml", "g", &["--spp", "2"]);
+}

@@ -3,9 +3,11 @@
 use crate::common::watched::{Watched, poll};
 use std::cell::Cell;
 use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::Once;
 use std::sync::atomic::{AtomicU16, Ordering};
 use tempfile::TempDir;
 
@@ -19,7 +21,12 @@ pub(crate) fn has_server() -> bool {
         return true;
     }
     assert!(std::env::var("STRIDE_REQUIRE_ALL").as_deref() != Ok("1"), "there is no nats-server");
-    println!("skipped: there is no nats-server");
+    // Past the capture of the output of tests that pass; once, as all of them say so.
+    static SAID: Once = Once::new();
+    SAID.call_once(|| {
+        let why = "there is no nats-server on the path (Debian's package nats-server)";
+        let _ = writeln!(std::io::stderr(), "skipped: the tests of the fleet with a server: {why}");
+    });
     false
 }
 
@@ -227,9 +234,24 @@ impl Place {
 
     /// A program whose lines are received.
     pub(crate) fn watch(&self, arguments: &[&str]) -> Watched {
-        let mut command = self.stride(arguments);
+        self.watch_command(self.stride(arguments))
+    }
+
+    pub(crate) fn watch_command(&self, mut command: Command) -> Watched {
         command.stdout(Stdio::null());
         Watched::start(command, self.folder.path())
+    }
+
+    /// Publishes a message that stride would not, in the protocol of the server.
+    pub(crate) fn publish(&self, subject: &str, payload: &str) {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).expect("the server");
+        let text = format!(
+            "CONNECT {{\"verbose\":false}}\r\nPUB {subject} {}\r\n{payload}\r\nPING\r\n",
+            payload.len()
+        );
+        (&stream).write_all(text.as_bytes()).expect("it can be written to");
+        let mut lines = BufReader::new(&stream).lines().map_while(Result::ok);
+        assert!(lines.any(|line| line == "PONG"), "the server does not answer");
     }
 
     /// Compares film and picture with those of one machine.

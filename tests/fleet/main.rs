@@ -3,7 +3,9 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod ends;
 mod errors;
+mod files;
 mod jobs;
 mod kills;
 mod machines;

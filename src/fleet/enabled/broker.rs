@@ -4,12 +4,12 @@
 //!
 //! | stream | subjects | kept until |
 //! |---|---|---|
-//! | `STRIDE_FILES` | `stride.file.HASH.PART` | no open job names the file |
+//! | `STRIDE_FILES` | `stride.file.HASH.UPLOAD.PART`, `stride.file.HASH.link` | no job names the file |
 //! | `STRIDE_JOBS` | `stride.job.JOB`: one message per job | `jobs remove` |
 //! | `STRIDE_UNITS` | `stride.unit.JOB.FIRST.END.CHECK`: a work queue | acknowledged |
 //! | `STRIDE_RESULTS` | `stride.part.JOB.FIRST.END.NONCE.PART`, `stride.done.JOB.FIRST.END.NONCE` | the film with it is on the collector's disk |
 //!
-//! Only features of servers from version 2.9 on are used.
+//! `docs/fleet.md` states the oldest version of servers: newer features are not used.
 
 use super::job::Job;
 use super::login;
@@ -170,7 +170,7 @@ impl Broker {
         };
         let once = |config: Config| Config { discard_new_per_subject: true, ..config };
         let streams = [
-            once(kept(FILES, &["stride.file.*.*"])),
+            once(kept(FILES, &["stride.file.>"])),
             Config { discard: DiscardPolicy::Old, ..kept(JOBS, &["stride.job.*"]) },
             once(Config { retention: RetentionPolicy::WorkQueue, ..kept(UNITS, &["stride.unit.>"]) }),
             // Limited, so that results never leave no room for the messages by which they are collected.
@@ -318,7 +318,7 @@ impl Broker {
 
     /// Removes a message. It is no error if it is not there.
     ///
-    /// Servers of version 2.9 do not give the room of messages back that are removed by their subjects, and may leave some.
+    /// The oldest servers do not give the room of messages back that are removed by their subjects, and may leave some.
     pub(super) fn remove(&self, stream: &str, number: u64) -> Result<(), FleetError> {
         #[derive(Serialize)]
         struct Request {
@@ -340,13 +340,8 @@ impl Broker {
 
     /// Removes the messages whose subjects match, one by one.
     pub(super) fn remove_all(&self, stream: &str, filter: &str) -> Result<(), FleetError> {
-        self.remove_before(stream, filter, u64::MAX)
-    }
-
-    /// The same for messages with smaller numbers than `end`.
-    pub(super) fn remove_before(&self, stream: &str, filter: &str, end: u64) -> Result<(), FleetError> {
         let mut after = 0;
-        while let Some(stored) = self.next(stream, after, filter)?.filter(|stored| stored.sequence < end) {
+        while let Some(stored) = self.next(stream, after, filter)? {
             self.remove(stream, stored.sequence)?;
             after = stored.sequence;
         }

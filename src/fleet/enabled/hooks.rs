@@ -19,6 +19,18 @@ mod on {
         std::env::var_os(format!("STRIDE_TEST_FLEET_{fault}")).is_some()
     }
 
+    /// Waits for a file.
+    pub(super) fn hold(point: &str) {
+        let Some(path) = std::env::var_os(format!("STRIDE_TEST_FLEET_HOLD_{point}")) else { return };
+        eprintln!("holding");
+        while !std::path::Path::new(&path).exists() {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        if is_requested("DIE") {
+            std::process::exit(9);
+        }
+    }
+
     /// Whether this worker spoils the sums of a film.
     pub(super) fn spoils() -> bool {
         is_requested("FLIP")
@@ -62,6 +74,12 @@ pub(super) fn die_before_announcement() {
     if on::is_requested("MUTE") {
         std::process::exit(9);
     }
+}
+
+/// Waits until a file exists whose path is requested for this point, and then ends the program if that is requested.
+pub(super) fn hold(_point: &str) {
+    #[cfg(any(debug_assertions, feature = "broken-material"))]
+    on::hold(_point);
 }
 
 /// Spoils a film, if that is requested.

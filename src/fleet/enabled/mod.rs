@@ -8,7 +8,8 @@
 //! | `mail` | what the collector needs of a server |
 //! | `notes` | texts from the network |
 //! | `pack` | compression of films for the network |
-//! | `scene_files` | the files of a scene: sent by content, and kept in a cache |
+//! | `scene_files` | the files of a scene: their list, and the cache of a worker |
+//! | `uploads` | the files of scenes on the server: each once, by its content |
 //! | `renderer` | renders a unit into a film file |
 //! | `posting` | sends the film of a unit |
 //! | `worker` | takes units, renders them, sends the results |
@@ -44,6 +45,7 @@ mod simulation;
 mod spool;
 mod submit;
 mod unit;
+mod uploads;
 mod worker;
 
 pub use collect::collect;
@@ -52,11 +54,15 @@ pub use local::{keep, local};
 pub use submit::submit;
 pub use worker::work;
 
-use crossbeam_channel::Receiver;
+use crossbeam_channel::{Receiver, TryRecvError};
 use std::convert::Infallible;
 
 /// The channel that closes on a request to stop.
 type Stop = Receiver<Infallible>;
+
+fn is_asked_to_stop(stop: &Stop) -> bool {
+    !matches!(stop.try_recv(), Err(TryRecvError::Empty))
+}
 
 /// Receives what happens meanwhile.
 type Tell<'a> = &'a mut dyn FnMut(super::Notice);

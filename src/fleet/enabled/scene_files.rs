@@ -1,20 +1,18 @@
-//! The files of a scene: sent by content, each once, and kept in a cache.
+//! The files of a scene: their list, and the cache in which they are kept.
 //!
 //! A scene is laid out below one folder, as it was on the machine that submitted it, so that relative paths stay valid. A
 //! worker does not trust it: paths are plain names, contents match their hashes, sizes are limited, and the readers of the
 //! scene are confined to the folder.
 
-use super::Stop;
-use super::broker::{Answer, Broker, FILES};
+use super::broker::Broker;
 use super::job::{Job, Manifest, SceneFile, unique};
-use super::mail::jobs;
-use crate::fleet::{FleetError, JobState};
+use super::uploads::Linked;
+use crate::fleet::FleetError;
 use crate::scene::{LoadOptions, Loaded, load_with};
 use crate::texture::access;
-use crossbeam_channel::TryRecvError;
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
@@ -22,13 +20,14 @@ use std::path::{Component, Path, PathBuf};
 /// The most files of a scene.
 const MOST_FILES: usize = 20_000;
 
-/// The number of the message that marks the end of a file.
-const END: u64 = u64::MAX;
-
 /// The longest path of a file in bytes, and the most folders in it.
 const LONGEST_PATH: usize = 1000;
 
 /// Loads a scene and lists its files.
+///
+/// # Errors
+///
+/// If it cannot be read, or names files by absolute paths, even if these are in its folder: workers have other folders.
 pub(super) fn load_with_files(
     scene: &Path,
     options: &LoadOptions,
@@ -36,25 +35,22 @@ pub(super) fn load_with_files(
     let failed = |reason| FleetError::File { path: scene.to_path_buf(), reason };
     let load = || load_with(scene, options, &mut |_, _, _| {});
     let (loaded, files) = access::watched(None, load).map_err(failed)?;
-    Ok((loaded?, files))
+    let loaded = loaded?;
+    match files.absolute.first() {
+        None => Ok((loaded, files.opened)),
+        Some(name) => Err(FleetError::Job(format!(
+            "the scene names {name:?} by an absolute path, which other machines do not have: use a path relative to the scene file"
+        ))),
+    }
 }
 
 /// The manifest of a scene's files, and the path of each on this machine.
 pub(super) fn manifest(scene: &Path, files: &[PathBuf]) -> Result<(Manifest, Vec<PathBuf>), FleetError> {
-    let folder = scene.parent().unwrap_or(Path::new(""));
-    let mut plain = Vec::new();
-    for file in files {
-        // A path that the scene gives relative to its folder begins with that folder.
-        let is_relative = file.strip_prefix(folder).is_ok_and(|rest| rest.is_relative());
-        if !is_relative {
-            return Err(FleetError::Job(format!(
-                "the scene names {file:?} by an absolute path, which other machines do not have: use a path relative to the scene file"
-            )));
-        }
-        plain.push(absolute(file)?);
-    }
     let own = absolute(scene)?;
-    let mut all: Vec<(PathBuf, PathBuf)> = plain.into_iter().zip(files.iter().cloned()).collect();
+    let mut all = Vec::new();
+    for file in files {
+        all.push((absolute(file)?, file.clone()));
+    }
     if !all.iter().any(|(plain, _)| *plain == own) {
         all.push((own.clone(), scene.to_path_buf()));
     }
@@ -146,55 +142,6 @@ fn check(manifest: &Manifest, most_bytes: u64) -> Result<(), FleetError> {
     Ok(())
 }
 
-/// The number of parts of a file.
-fn parts(bytes: u64, part: usize) -> u64 {
-    bytes.div_ceil(part as u64).max(1)
-}
-
-/// The message on a part: a file ends with one that is not followed by another.
-fn subject(sha256: &str, part: u64) -> String {
-    format!("stride.file.{sha256}.{part}")
-}
-
-/// Sends the files that the server does not have yet.
-pub(super) fn send(
-    broker: &Broker,
-    manifest: &Manifest,
-    paths: &[PathBuf],
-    stop: &Stop,
-) -> Result<(), FleetError> {
-    for (file, path) in manifest.files.iter().zip(paths) {
-        if is_complete(broker, file)? {
-            continue;
-        }
-        // Parts of an interrupted attempt may have another size.
-        broker.remove_all(FILES, &format!("stride.file.{}.*", file.sha256))?;
-        let failed = |reason| FleetError::File { path: path.clone(), reason };
-        let mut input = File::open(path).map_err(failed)?;
-        let size = broker.part_bytes();
-        for part in 0..parts(file.bytes, size) {
-            let mut piece = Vec::new();
-            Read::by_ref(&mut input).take(size as u64).read_to_end(&mut piece).map_err(failed)?;
-            if !matches!(stop.try_recv(), Err(TryRecvError::Empty)) {
-                return Err(FleetError::Job("stopped before the scene was on the server".to_owned()));
-            }
-            let answer = broker.store(subject(&file.sha256, part), piece, None)?;
-            debug_assert!(answer != Answer::Conflict);
-        }
-        let end = broker.store(subject(&file.sha256, END), Vec::new(), None)?;
-        debug_assert!(end != Answer::Conflict);
-    }
-    Ok(())
-}
-
-/// Whether the server has a file: its end and all parts. Another submitter may have removed some and died.
-fn is_complete(broker: &Broker, file: &SceneFile) -> Result<bool, FleetError> {
-    let subjects = broker.subjects(FILES, &format!("stride.file.{}.*", file.sha256))?;
-    // There are more parts if the server accepted smaller messages when they were sent.
-    let parts = parts(file.bytes, broker.part_bytes());
-    Ok(subjects.contains(&subject(&file.sha256, END)) && subjects.len() as u64 > parts)
-}
-
 /// The files of scenes on this machine.
 pub(super) struct Cache {
     folder: PathBuf,
@@ -258,20 +205,22 @@ impl Cache {
         let refuse = |why: &str| FleetError::Refused(format!("{:?} of the scene {why}", file.path));
         let half = self.folder.join("files").join(unique("half"));
         let failed = |reason: io::Error| FleetError::File { path: half.clone(), reason };
+        let missing = || {
+            FleetError::Incomplete(format!(
+                "{:?} of the scene is missing on the server; submit the job again",
+                file.path
+            ))
+        };
+        let linked = Linked::find(broker, &file.sha256)?.ok_or_else(missing)?;
         let mut out = File::create(&half).map_err(failed)?;
         let (mut digest, mut bytes, mut part) = (Sha256::new(), 0, 0);
         let fetched = loop {
             if bytes == file.bytes && part > 0 {
                 break Ok(());
             }
-            let piece = match broker.last(FILES, &subject(&file.sha256, part)) {
-                Ok(Some(piece)) => piece.payload,
-                Ok(None) => {
-                    break Err(FleetError::Incomplete(format!(
-                        "{:?} of the scene is missing on the server; submit the job again",
-                        file.path
-                    )));
-                }
+            let piece = match linked.part(broker, part) {
+                Ok(Some(piece)) => piece,
+                Ok(None) => break Err(missing()),
                 Err(error) => break Err(error),
             };
             bytes += piece.len() as u64;
@@ -336,33 +285,6 @@ impl Cache {
     }
 }
 
-/// Removes the files of a job that is over, except those that other jobs need.
-///
-/// The ends come first. Thus an interrupted removal leaves no file that looks complete, and a job that is submitted
-/// meanwhile is either seen here, or finds its files incomplete and sends them again.
-pub(super) fn forget(broker: &Broker, job: &Job) -> Result<(), FleetError> {
-    let mut ends = BTreeMap::new();
-    for file in &job.scene.files {
-        if let Some(end) = broker.last(FILES, &subject(&file.sha256, END))? {
-            broker.remove(FILES, end.sequence)?;
-            ends.insert(&*file.sha256, end.sequence);
-        }
-    }
-    let others = jobs(broker)?;
-    // Jobs that are done can be extended.
-    let kept = others.iter().filter(|other| other.id != job.id && other.state != JobState::Cancelled);
-    let needed: BTreeSet<&str> =
-        kept.flat_map(|other| &other.scene.files).map(|file| &*file.sha256).collect();
-    for (sha256, end) in ends {
-        match needed.contains(sha256) {
-            true => drop(broker.store(subject(sha256, END), Vec::new(), None)?),
-            // Later parts are those of a job that is being submitted.
-            false => broker.remove_before(FILES, &format!("stride.file.{sha256}.*"), end)?,
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -381,8 +303,51 @@ mod tests {
         let names: Vec<_> = manifest.files.iter().map(|file| &file.path[..]).collect();
         assert_eq!((names, manifest.scene), (vec!["scenes/a.toml", "textures/t.png"], 0));
         assert_eq!((manifest.files[1].bytes, paths.len()), (2, 2));
-        let error = super::manifest(&path("scenes/a.toml"), &[path("textures/t.png")]).unwrap_err();
-        assert!(error.to_string().contains("absolute path"), "{error}");
+    }
+
+    #[test]
+    fn absolute_names_are_refused_by_every_reader() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        let write = |name: &str, text: &str| fs::write(path(name), text).unwrap();
+        fs::create_dir(path("meshes")).unwrap();
+        let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        write("m.obj", obj);
+        write("red.mtl", "newmtl red\nKd 1 0 0\n");
+        image::RgbImage::new(1, 1).save(path("p.png")).unwrap();
+        write("inner.xml", "<scene version=\"3.0.0\"/>");
+        let own = |file: &str| {
+            format!(
+                "materials.m = {{ type = \"matte\" }}\n[[entities]]\nshape = {{ type = \"mesh\", {file} }}\nmaterial = \"m\"\n"
+            )
+        };
+        let xml = |body: String| format!("<scene version=\"3.0.0\">{body}</scene>");
+        let shape =
+            |file: &str| format!("<shape type=\"obj\"><string name=\"filename\" value=\"{file}\"/></shape>");
+        let picture = |file: &str| format!("[environment]\nfile = \"{file}\"\n");
+        let library = |file: &str| {
+            write("library.obj", &format!("mtllib {file}\n{obj}"));
+            own("file = \"library.obj\", materials = \"file\"").replace("material = \"m\"\n", "")
+        };
+        type Scene<'a> = &'a dyn Fn(&str) -> String;
+        let scenes: [(&str, &str, Scene<'_>); 6] = [
+            ("a.toml", "m.obj", &|file| own(&format!("file = \"{file}\""))),
+            ("a.toml", "p.png", &picture),
+            ("a.toml", "red.mtl", &library),
+            ("a.xml", "m.obj", &|file| xml(shape(file))),
+            ("a.xml", "inner.xml", &|file| xml(format!("<include filename=\"{file}\"/>"))),
+            ("a.xml", "meshes", &|file| xml(format!("<path value=\"{file}\"/>{}", shape("m.obj")))),
+        ];
+        for (scene, name, text) in scenes {
+            // Negative control: the name alone.
+            write(scene, &text(name));
+            let load = || load_with_files(Path::new(&path(scene)), &LoadOptions::default());
+            let (_, files) = load().unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert!(files.len() > 1 && manifest(Path::new(&path(scene)), &files).is_ok(), "{files:?}");
+            write(scene, &text(&path(name)));
+            let error = load().map(drop).unwrap_err().to_string();
+            assert!(error.contains("absolute path") && error.contains(name), "{error}");
+        }
     }
 
     #[test]

@@ -11,10 +11,10 @@ use super::posting::{Poster, random_pause, say};
 use super::renderer::Renderer;
 use super::scene_files::Cache;
 use super::unit::Beat;
-use super::{Stop, Tell};
+use super::{Stop, Tell, is_asked_to_stop};
 use crate::fleet::{FleetError, JobState, Notice, Server, WorkerSettings};
 use crate::session::SessionError;
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded, select, tick};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, select, tick};
 use std::collections::{HashMap, HashSet};
 use std::convert::Infallible;
 use std::time::{Duration, Instant};
@@ -317,7 +317,7 @@ impl Keeper<'_> {
             let _ = self.broker.keep(delivery);
             let beat = Beat { worker: self.worker.clone(), done: last, waits: false };
             let _ = say(self.broker, &job.id, &beat);
-            if !matches!(stop.try_recv(), Err(TryRecvError::Empty)) {
+            if is_asked_to_stop(stop) {
                 let asked = *asked.get_or_insert_with(Instant::now);
                 if asked.elapsed() >= self.grace {
                     unit_stop = None;

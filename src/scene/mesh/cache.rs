@@ -2,6 +2,7 @@
 
 use super::{MeshFile, MeshFileError, Split};
 use crate::scene::fingerprint::Sources;
+use crate::texture::access;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,11 +10,11 @@ use std::sync::Arc;
 /// A progress callback: the file, the bytes read so far, and the file's length.
 pub type Watch<'a> = &'a mut dyn FnMut(&Path, u64, u64);
 
-/// Mesh files by path and by split. Entities of one file share its meshes.
+/// Mesh files by name and by split. Entities of one file share its meshes.
 pub struct MeshCache<'w> {
-    /// The folder that paths are relative to.
+    /// The folder that names are relative to.
     folder: PathBuf,
-    read: HashMap<(PathBuf, Split), Arc<MeshFile>>,
+    read: HashMap<(String, Split), Arc<MeshFile>>,
     /// Unreadable files.
     unreadable: HashSet<PathBuf>,
     /// Notes that were returned already: a file that is split in two ways yields most of its notes twice.
@@ -40,7 +41,7 @@ pub enum Unreadable {
 }
 
 impl<'w> MeshCache<'w> {
-    /// An empty cache for paths relative to `folder`.
+    /// An empty cache for names relative to `folder`.
     pub fn new(folder: &Path, watch: Option<Watch<'w>>) -> Self {
         Self {
             folder: folder.into(),
@@ -53,11 +54,11 @@ impl<'w> MeshCache<'w> {
 
     /// The contents of a mesh file, which is read once for each way to split it.
     pub fn get(&mut self, file: &str, split: Split) -> Result<Found, Unreadable> {
-        let key = (self.folder.join(file), split);
+        let key = (file.to_owned(), split);
         if let Some(file) = self.read.get(&key) {
             return Ok(Found { file: Arc::clone(file), notes: Vec::new() });
         }
-        let (path, split) = &key;
+        let (path, split) = (&access::named(&self.folder, file), &key.1);
         // A file that is unreadable as a whole is unreadable in parts, too.
         if self.unreadable.contains(path) {
             return Err(Unreadable::Again);
@@ -83,13 +84,13 @@ impl<'w> MeshCache<'w> {
         Ok(Found { file, notes })
     }
 
-    /// The meshes that were read, with their sources.
+    /// The meshes that were read, with their sources: names do not depend on the path of the scene.
     pub fn sources(&self) -> Sources {
         let mut sources = Vec::new();
-        for ((path, _), file) in &self.read {
+        for ((name, _), file) in &self.read {
             for (part, mesh) in &file.parts {
                 let separator = if part.is_empty() { "" } else { ": " };
-                sources.push((format!("{}{separator}{part}", path.display()), Arc::clone(mesh)));
+                sources.push((format!("{name}{separator}{part}"), Arc::clone(mesh)));
             }
         }
         sources.sort_by(|a, b| a.0.cmp(&b.0));
@@ -114,7 +115,7 @@ mod tests {
         let parts = cache.get("wall.obj", Split::Named(vec!["wall".into()])).expect("a mesh");
         assert!(!Arc::ptr_eq(&first.file, &parts.file) && parts.notes.is_empty());
         let names: Vec<_> = cache.sources().0.into_iter().map(|(name, _)| name).collect();
-        assert!(names.len() == 2 && names[0].ends_with("wall.obj") && names[1].ends_with("wall.obj: wall"));
+        assert_eq!(names, ["wall.obj", "wall.obj: wall"]);
     }
 
     #[test]

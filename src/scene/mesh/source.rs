@@ -334,7 +334,7 @@ pub(super) fn open(path: &Path) -> Read_<(File, u64)> {
 
 /// The path of a file that another one refers to.
 pub(super) fn beside(file: &Path, name: &str) -> PathBuf {
-    file.parent().unwrap_or(Path::new("")).join(name)
+    access::named(file.parent().unwrap_or(Path::new("")), name)
 }
 
 /// A word as messages show it.

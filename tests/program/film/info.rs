@@ -2,6 +2,7 @@
 
 use super::{bytes, cover, folder, refused, render, succeed};
 use std::fs;
+use std::path::Path;
 
 #[test]
 fn info_describes_dumps_and_films_without_an_end() {
@@ -58,4 +59,49 @@ fn info_describes_films_and_pictures() {
     assert!(parts.starts_with("parts       33 of the scene, "), "{parts}");
     assert!(refused(dir.path(), 2, &["info", "a.txt"]).contains(".film"));
     assert!(refused(dir.path(), 1, &["info", "no.exr"]).contains("no such file"));
+}
+
+#[test]
+fn films_do_not_depend_on_how_the_path_of_the_scene_is_spelt() {
+    let dir = folder();
+    let scenes = dir.path().join("scenes");
+    fs::create_dir(&scenes).expect("made");
+    let write = |name: &str, text: &str| fs::write(dir.path().join(name), text).expect("written");
+    write("scenes/m.obj", "v 3 0 0\nv 3 1 0\nv 3 0 1\nf 1 2 3\n");
+    write("n.obj", "v 3 0 0\nv 3 -1 0\nv 3 0 -1\nf 1 2 3\n");
+    image::RgbImage::from_pixel(2, 2, image::Rgb([9, 99, 200])).save(scenes.join("p.png")).expect("written");
+    let own = "environment = { radiance = [1, 1, 1] }
+        textures.t = { type = \"image\", file = \"p.png\" }
+        materials.m = { type = \"matte\", reflectance = \"t\" }
+        entities = [{ shape = { type = \"mesh\", file = \"m.obj\" }, material = \"m\" },
+            { shape = { type = \"mesh\", file = \"../n.obj\" }, material = \"m\" }]";
+    let foreign = "<scene version=\"3.0.0\"><emitter type=\"constant\"/>
+        <sensor type=\"perspective\"><float name=\"fov\" value=\"50\"/></sensor>
+        <shape type=\"obj\"><string name=\"filename\" value=\"m.obj\"/><bsdf type=\"diffuse\">
+            <texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"p.png\"/></texture>
+        </bsdf></shape></scene>";
+    for (name, text, own) in
+        [("a.toml", own, &["m.obj;", "../n.obj;", "p.png;"][..]), ("a.xml", foreign, &["m.obj;", "p.png;"])]
+    {
+        write(&format!("scenes/{name}"), text);
+        let film = |folder: &Path, scene: &str| {
+            let fixed =
+                ["render", scene, "--headless", "-q", "--size", "4x3", "--spp", "1", "--film", "a.film"];
+            succeed(folder, &fixed);
+            bytes(folder, "a.film")
+        };
+        let inside = film(&scenes, name);
+        let relative = format!("scenes/{name}");
+        let absolute = scenes.join(name).to_str().expect("UTF-8").to_owned();
+        for spelling in [&relative, &format!("./{relative}"), &format!("scenes/../{relative}"), &absolute] {
+            assert!(film(dir.path(), spelling) == inside, "{spelling}");
+        }
+        // The names are there, so that messages about differences have them.
+        let text = String::from_utf8_lossy(&inside).into_owned();
+        for own in own {
+            let at = text.find(own).unwrap_or_else(|| panic!("no {own} in {name}"));
+            // Eight digits of the part's digest precede its name.
+            assert!(text[..at].ends_with(|c: char| c.is_ascii_hexdigit()), "{own} in {name}");
+        }
+    }
 }

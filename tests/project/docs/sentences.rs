@@ -139,7 +139,21 @@ fn sentences_of_help_texts_are_short() {
         "bench depth",
         "bench noise",
     ];
-    for command in commands {
+    let with_fleet = [
+        "submit",
+        "work",
+        "jobs",
+        "jobs list",
+        "jobs watch",
+        "jobs cancel",
+        "jobs remove",
+        "jobs collect",
+        "jobs extend",
+        "jobs priority",
+        "fleet",
+        "fleet local",
+    ];
+    for command in commands.into_iter().chain(with_fleet.into_iter().filter(|_| cfg!(feature = "fleet"))) {
         let arguments = command.split_whitespace().chain(["--help"]);
         let output = Command::new(env!("CARGO_BIN_EXE_stride")).args(arguments).output().expect("it runs");
         let help = String::from_utf8(output.stdout).expect("UTF-8");

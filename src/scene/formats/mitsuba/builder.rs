@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub(super) struct Builder<'a, 'w> {
     pub(super) document: &'a Document,
     pub(super) reports: &'a mut Reports,
-    files: &'a Files,
+    pub(super) files: &'a Files,
     pub(super) scene: Scene,
     pub(super) meshes: MeshCache<'w>,
     /// Meshes by their origin, so that each is made once.
@@ -111,7 +111,7 @@ impl<'a, 'w> Builder<'a, 'w> {
             made: HashMap::new(),
             flat: HashSet::new(),
             borders: HashMap::new(),
-            images: ImageCache::new(Path::new("")),
+            images: ImageCache::new(files.folder()),
             serialized: serialized::Cache::default(),
             room: super::limits::MOST_UNPACKED,
             materials: HashMap::new(),
@@ -167,10 +167,10 @@ impl<'a, 'w> Builder<'a, 'w> {
                 .reports
                 .error(place, "Mitsuba has no tiles: the name of a file cannot contain <UDIM>"));
         }
-        let Some(path) = path.to_str() else {
+        let Some(name) = self.files.name(&path).to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
-        self.images.get(path).map_err(|error| match error {
+        self.images.get(name).map_err(|error| match error {
             images::Unreadable::First(error) => self.reports.error(place, error.to_string()),
             images::Unreadable::Again => self.reports.error(place, UNREADABLE),
         })
@@ -351,7 +351,7 @@ impl<'a, 'w> Builder<'a, 'w> {
         let mut sources = self.meshes.sources();
         for (key, mesh) in &self.made {
             let (MeshKey::File(path, number, ..) | MeshKey::Placed(path, number, ..)) = key else { continue };
-            sources.0.push((format!("{} {number}", path.display()), Arc::clone(mesh)));
+            sources.0.push((format!("{} {number}", self.files.name(path).display()), Arc::clone(mesh)));
         }
         sources.0.sort_by(|a, b| a.0.cmp(&b.0));
         sources

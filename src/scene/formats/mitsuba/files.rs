@@ -47,7 +47,9 @@ type Found = Result<Arc<Path>, Refusal>;
 /// The folders that files of a scene may be in, and the files that were found.
 #[derive(Debug)]
 pub(super) struct Files {
-    /// The scene's folder, with symbolic links resolved; none if it does not exist, and then no file may be read.
+    /// The scene's folder.
+    folder: PathBuf,
+    /// The same with symbolic links resolved; none if it does not exist, and then no file may be read.
     root: Option<PathBuf>,
     allow_outside: bool,
     /// Each list, by its first folder and the address of the rest. Equal lists have the same address.
@@ -61,12 +63,24 @@ pub(super) struct Files {
 impl Files {
     /// The folders of the scene file at a path, and the list with its folder.
     pub(super) fn of(scene: &Path, allow_outside: bool) -> (Files, Folders) {
-        let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let root = folder.unwrap_or(Path::new(".")).canonicalize().ok();
+        let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
+        let real = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+        let root = real.canonicalize().ok();
         let (lists, found, paths) = Default::default();
-        let files = Files { root, allow_outside, lists, found, paths };
-        let own = files.list(folder.unwrap_or(Path::new("")).to_path_buf(), None);
+        let files = Files { folder, root, allow_outside, lists, found, paths };
+        let own = files.list(files.folder.clone(), None);
         (files, own)
+    }
+
+    /// The scene's folder.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The name of a file that was found, relative to the scene's folder, so that it does not depend on the path of the
+    /// scene. An absolute path if the scene names the file by one.
+    pub(super) fn name<'p>(&self, path: &'p Path) -> &'p Path {
+        path.strip_prefix(&self.folder).unwrap_or(path)
     }
 
     /// The list with one more folder before it.
@@ -94,7 +108,7 @@ impl Files {
     }
 
     fn look_for(&self, name: &str, folders: &Folders) -> Result<Arc<Path>, Refusal> {
-        let mut candidates = folders.iter().map(|folder| folder.join(name));
+        let mut candidates = folders.iter().map(|folder| access::named(folder, name));
         let found = candidates.find_map(|path| {
             let real = path.canonicalize().ok()?;
             Some((path, real))

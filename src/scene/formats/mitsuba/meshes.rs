@@ -98,7 +98,7 @@ impl Builder<'_, '_> {
     }
 
     fn mesh_of_cache(&mut self, path: &Path, place: Place) -> Read<Option<Arc<Mesh>>> {
-        let Some(name) = path.to_str() else {
+        let Some(name) = self.files.name(path).to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
         match self.meshes.get(name, Split::Whole) {

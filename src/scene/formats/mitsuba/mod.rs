@@ -87,8 +87,7 @@ fn parse_watched(
     let mut reports = Reports::default();
     let read = xml::parse(path, text, &options.defines, (&files, folders), &mut reports);
     let built = read.and_then(|document| {
-        // The cache gets paths that include the folder.
-        let meshes = MeshCache::new(Path::new(""), watch);
+        let meshes = MeshCache::new(files.folder(), watch);
         build(&document, options, Builder::new(&document, &mut reports, &files, meshes))
     });
     match built {

@@ -15,6 +15,7 @@ use super::text::{number, triple};
 use super::transform;
 use super::variables::Variables;
 use crate::scene::spelling::{instead, quote, shorten};
+use crate::texture::access;
 use glam::DMat4;
 use roxmltree::{Node, ParsingOptions};
 use std::borrow::Cow;
@@ -444,7 +445,8 @@ impl Parser<'_> {
         if parent != 0 {
             return Err(self.reports.error(element.place, "<path> must be a child of <scene>"));
         }
-        let own = self.reports.path(element.place.file).parent().unwrap_or(Path::new("")).join(value);
+        let folder = self.reports.path(element.place.file).parent().unwrap_or(Path::new(""));
+        let own = access::named(folder, value);
         self.look_first_in(&own, element.place)
     }
 

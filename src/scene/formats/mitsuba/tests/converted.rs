@@ -168,7 +168,7 @@ fn converted(path: &Path, into: &Path) -> [(String, [String; 2]); 2] {
     let loaded = load(path, &LoadOptions::default(), &mut |_, _, _| {});
     let loaded = loaded.unwrap_or_else(|errors| panic!("{errors}\n{}", fs::read_to_string(path).unwrap()));
     let written =
-        writing::write(&loaded.scene, Path::new(""), Path::new("files")).expect("it can be written");
+        writing::write(&loaded.scene, path.parent().unwrap(), Path::new("files")).expect("it can be written");
     fs::create_dir_all(into.join("files")).expect("made");
     for (file, contents) in &written.files {
         contents.write(fs::File::create(into.join(file)).expect("a file")).expect("written");

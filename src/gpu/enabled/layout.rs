@@ -132,9 +132,9 @@ shared! {
         max_depth: u32,
         centre: [f32; 2],
         offset_radius: f32,
-        /// The surfaces that every ray is tested against, sorted by kind: planes, spheres, quads, then custom
-        /// shapes. Each field is the end of a kind and the start of the next; the following rows are in the
-        /// tree or belong to meshes.
+        /// The surfaces that every ray is tested against, sorted by kind: planes, spheres, quads, then custom shapes.
+        /// Each field is the end of a kind and the start of the next; the following rows are in the tree or belong to
+        /// meshes.
         planes_end: u32,
         spheres_end: u32,
         quads_end: u32,

@@ -132,7 +132,7 @@ fn every_recorded_function_agrees_with_a_lane() {
             }
             // Long functions consist of others that are compared, and pictures compare the whole.
             let length = run.lengths[&function.name];
-            if is_too_long(length) {
+            if is_too_long(&device, length) {
                 continue;
             }
             let Some(compared) = run.compare(&device, function, Change::None) else { continue };

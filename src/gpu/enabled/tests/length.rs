@@ -3,8 +3,11 @@
 //! Mesa's software device compiles a program in a time that grows at least with the square of its length: a few seconds
 //! at [`LIMIT`], minutes at three times as much.
 
+use super::Device;
+use crate::gpu::AdapterKind;
 use std::collections::BTreeMap;
 use std::env;
+use std::io::{self, Write};
 use wgpu::naga::{Block, Function, Module, Statement, front::wgsl};
 
 /// Longer programs are compared only with [`LONG_PROGRAMS`], as in the nightly set.
@@ -14,8 +17,14 @@ const LIMIT: usize = 33_000;
 const LONG_PROGRAMS: &str = "STRIDE_LONG_PROGRAMS";
 
 /// Whether a program is left to the nightly set.
-pub(super) fn is_too_long(length: usize) -> bool {
-    length > LIMIT && env::var_os(LONG_PROGRAMS).is_none()
+pub(super) fn is_too_long(device: &Device, length: usize) -> bool {
+    let is_software = device.description().kind == AdapterKind::Software;
+    is_software && length > LIMIT && env::var_os(LONG_PROGRAMS).is_none()
+}
+
+/// States that no program of these scenes was compared, past the capture of the output of tests that pass.
+pub(super) fn report_left_out(scenes: &str) {
+    let _ = writeln!(io::stderr(), "{scenes}: long programs for the GPU are left to `.ci/nightly gpu`");
 }
 
 /// The length of each function and entry point: the number of its expressions and of those of all functions that it

@@ -24,28 +24,35 @@ const MOST_PAIRS: usize = 1 << 24;
 /// light counts as lit.
 const MARGIN: f64 = 1e-5;
 
-/// A warning about lights of one kind.
-pub(super) struct DarkLights {
-    /// The first entity, if they are entities.
-    pub(super) first: Option<usize>,
-    pub(super) message: String,
-    /// The remedy.
-    pub(super) help: &'static str,
+/// A light by its index in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Dark {
+    Entity(usize),
+    Light(usize),
 }
 
-/// Warnings about lights that reach no surface, one for each kind, with names in quotes.
-pub(super) fn dark_lights(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<DarkLights> {
+/// A warning about lights of one kind.
+pub(super) struct DarkLights {
+    pub(super) first: Dark,
+    pub(super) message: String,
+    /// The remedy.
+    pub(super) help: String,
+}
+
+/// Warnings about lights that reach no surface, one for each kind, with names in quotes. `flip` is the name in the file
+/// of the parameter that turns a lamp around.
+pub(super) fn dark_lights(scene: &Scene, quote: impl Fn(&str) -> String, flip: &str) -> Vec<DarkLights> {
     let lamps = scene.entities.iter().any(|entity| lamp(entity).is_some());
     let spots = scene.lights.iter().any(|light| matches!(light, Light::Spot(_)));
-    if scene.entities.is_empty()
-        || !(lamps || spots)
-        || scene.place_counts().iter().any(|&n| n > MOST_SURFACES as u64)
-    {
+    // Counted before the places are listed, which takes time and memory for each of up to 2²⁴.
+    let count = scene.place_counts().into_iter().fold(0, u64::saturating_add);
+    if scene.entities.is_empty() || !(lamps || spots) || count > MOST_SURFACES as u64 {
         return Vec::new();
     }
     let places = scene.group_places();
-    let Some(surfaces) = surfaces(scene, &places) else { return Vec::new() };
-    let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
+    let mut of_group = vec![Vec::new(); scene.groups.len()];
+    places.iter().enumerate().for_each(|(index, place)| of_group[place.group].push(index));
+    let Some(surfaces) = surfaces(scene, &places, &of_group) else { return Vec::new() };
     let mut pairs = 0;
     let mut is_any = |reaches: &dyn Fn(&Surface) -> bool| {
         pairs += surfaces.len();
@@ -58,7 +65,7 @@ pub(super) fn dark_lights(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<
         let Some(lamp) = lamp(entity) else { continue };
         let mut is_lit = |place: Option<usize>| {
             let lamp = place.map_or(lamp, |place| lamp.under(&places[place].transform));
-            lamp.faces_camera(&scene.camera, aspect)
+            lamp.faces_camera(&scene.camera)
                 || is_any(&|surface| {
                     (surface.entity, surface.place) != (index, place) && lamp.faces(&surface.extent)
                 })
@@ -66,8 +73,8 @@ pub(super) fn dark_lights(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<
         let is_dark = match entity.within {
             None => !is_lit(None),
             Some(group) => {
-                let mut of_group = (0..places.len()).filter(|&place| places[place].group == group).peekable();
-                of_group.peek().is_some() && !of_group.any(|place| is_lit(Some(place)))
+                let own = &of_group[group];
+                !own.is_empty() && !own.iter().any(|&place| is_lit(Some(place)))
             }
         };
         if is_dark {
@@ -83,24 +90,26 @@ pub(super) fn dark_lights(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<
                 "{count} entities, {name} the first, emit away from the camera and from every surface: they light nothing"
             ),
         };
-        let help = "turn it around, for example with flip_normal, or move it";
-        warnings.push(DarkLights { first: Some(first), message, help });
+        let help = format!("set {flip} = true, or remove it if it is set; or move the lamp");
+        warnings.push(DarkLights { first: Dark::Entity(first), message, help });
     }
     let mut missing = Vec::new();
     for (index, light) in scene.lights.iter().enumerate() {
         let Light::Spot(spot) = light else { continue };
         if !is_any(&|surface| reaches(spot, &surface.extent)) {
-            missing.push(index + 1);
+            missing.push(index);
         }
     }
     if let Some(&first) = missing.first() {
+        let number = first + 1;
         let message = match missing.len() {
-            1 => format!("light {first} is a spot with no surface in its cone: it lights nothing"),
+            1 => format!("light {number} is a spot with no surface in its cone: it lights nothing"),
             count => format!(
-                "{count} lights, light {first} the first, are spots with no surface in their cones: they light nothing"
+                "{count} lights, light {number} the first, are spots with no surface in their cones: they light nothing"
             ),
         };
-        warnings.push(DarkLights { first: None, message, help: "check its position and direction" });
+        let help = "check its position and direction".to_owned();
+        warnings.push(DarkLights { first: Dark::Light(first), message, help });
     }
     warnings
 }
@@ -122,17 +131,15 @@ enum Extent {
     Corners([DVec3; 8]),
 }
 
-/// The surfaces in all places; `None` if there are too many.
-fn surfaces(scene: &Scene, places: &[GroupPlace]) -> Option<Vec<Surface>> {
+/// The surfaces in all places; `None` if there are too many. `of_group` has the indices of the places of each group.
+fn surfaces(scene: &Scene, places: &[GroupPlace], of_group: &[Vec<usize>]) -> Option<Vec<Surface>> {
     let mut meshes = HashMap::new();
-    let mut of_group = vec![Vec::new(); scene.groups.len()];
-    places.iter().enumerate().for_each(|(index, place)| of_group[place.group].push(index));
     let mut all = Vec::new();
     for (entity, Entity { shape, within, .. }) in scene.entities.iter().enumerate() {
         let own = extent(shape, &mut meshes);
         match within {
             None => all.push(Surface { entity, place: None, extent: own }),
-            Some(group) => all.extend(of_group[*group].iter().take(MOST_SURFACES).map(|&place| Surface {
+            Some(group) => all.extend(of_group[*group].iter().map(|&place| Surface {
                 entity,
                 place: Some(place),
                 extent: own.under(&places[place].transform),
@@ -236,10 +243,14 @@ impl Lamp {
         }
     }
 
-    /// Whether a ray may start at a camera in front of it. `aspect` is the width of the film divided by its height.
-    fn faces_camera(&self, camera: &CameraSettings, aspect: f64) -> bool {
-        let film = camera.orthographic_height.map_or(0.0, |height| 0.5 * height * aspect.hypot(1.0));
-        self.is_before(camera.eye + self.normal * (film + camera.aperture_radius))
+    /// Whether a ray may start at a camera in front of it.
+    fn faces_camera(&self, camera: &CameraSettings) -> bool {
+        if camera.orthographic_height.is_some() {
+            // Rays start anywhere on its plane: the shape of the picture may be changed after loading.
+            let (normal, distance) = (camera.forward, camera.forward.dot(camera.eye));
+            return self.faces(&Extent::Plane { normal, distance });
+        }
+        self.is_before(camera.eye + self.normal * camera.aperture_radius)
     }
 }
 
@@ -337,18 +348,26 @@ mod tests {
 
     #[test]
     fn a_lamp_that_only_the_camera_may_see_gives_none() {
-        let text = |eye: &str| {
+        let text = |camera: &str| {
             format!(
-                "camera = {{ eye = {eye}, forward = [0, 1, 0] }}\n\
+                "camera = {{ {camera} }}\n\
                  materials.grey = {{ type = \"matte\", reflectance = [0.5, 0.5, 0.5] }}\n{}",
                 lamp(QUAD, "")
             )
         };
-        let count = |eye: &str| {
-            let loaded = crate::scene::parse(&text(eye), Path::new("a.toml")).expect("a scene");
+        let count = |camera: &str| {
+            let loaded = crate::scene::parse(&text(camera), Path::new("a.toml")).expect("a scene");
             loaded.warnings.len()
         };
-        assert_eq!((count("[0, -5, 2.9]"), count("[0, -5, 3.1]")), (1, 0));
+        for (height, expected) in [(2.9, 1), (3.1, 0)] {
+            assert_eq!(count(&format!("eye = [0, -5, {height}], forward = [0, 1, 0]")), expected);
+            // All rays of an orthographic camera start at this height.
+            let upwards = "type = \"orthographic\", height = 1, forward = [0, 0, 1], up = [0, 1, 0]";
+            assert_eq!(count(&format!("{upwards}, eye = [0, -5, {height}]")), expected);
+        }
+        // A picture that is wide enough reaches the lamp's front.
+        let tilted = "type = \"orthographic\", height = 1, forward = [0, 1, 0], up = [1, 0, 0]";
+        assert_eq!(count(&format!("{tilted}, eye = [0, -5, 0]")), 0);
     }
 
     #[test]
@@ -384,5 +403,40 @@ mod tests {
             warnings(&two),
             ["2 lights, light 1 the first, are spots with no surface in their cones: they light nothing"]
         );
+    }
+
+    #[test]
+    fn a_warning_has_the_position_of_the_first_light() {
+        let text = |more: &str| {
+            format!(
+                "materials.grey = {{ type = \"matte\", reflectance = [0.5, 0.5, 0.5] }}\n\
+                 [[entities]]\nshape = {{ type = \"sphere\", center = [0, 0, 0], radius = 1 }}\nmaterial = \"grey\"\n{more}"
+            )
+        };
+        let line = |more: &str| {
+            let loaded = crate::scene::parse(&text(more), Path::new("a.toml")).expect("a scene");
+            let lines = loaded.warnings.iter().map(|warning| warning.position.map(|position| position.line));
+            lines.collect::<Vec<_>>()
+        };
+        let point = "[[lights]]\ntype = \"point\"\nposition = [0, 0, 3]\nintensity = [1, 1, 1]\n";
+        let spot = "[[lights]]\ntype = \"spot\"\nposition = [0, 0, 3]\ndirection = [0, 0, 1]\ncone_angle = 9\nintensity = [1, 1, 1]\n";
+        assert_eq!(line(&format!("{point}{spot}{spot}")), [Some(9)]);
+        assert_eq!(line(&lamp(QUAD, "")), [Some(8)], "the material, as in other warnings about entities");
+    }
+
+    #[test]
+    fn lights_are_not_tested_if_there_are_too_many_instances() {
+        let group = "[[groups.ball.entities]]\nshape = { type = \"sphere\", center = [0, 0, 0], radius = 1 }\nmaterial = \"grey\"\n\
+                     [[instances]]\ngroup = \"ball\"\n";
+        let text = format!(
+            "camera = {{ eye = [0, -5, 0], forward = [0, 1, 0] }}\n\
+             materials.grey = {{ type = \"matte\", reflectance = [0.5, 0.5, 0.5] }}\n{}{group}",
+            lamp(QUAD, "")
+        );
+        let mut scene = crate::scene::parse(&text, Path::new("a.toml")).expect("a scene").scene;
+        let count = |scene: &super::Scene| super::dark_lights(scene, str::to_owned, "flip_normal").len();
+        assert_eq!(count(&scene), 1);
+        scene.instances = vec![scene.instances[0].clone(); super::MOST_SURFACES + 1];
+        assert_eq!(count(&scene), 0);
     }
 }

@@ -3,20 +3,22 @@
 use super::declared::Values;
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
 use super::environment::{self, Surroundings};
+use super::form::{Value, ValueForm};
 use super::groups::{self, RawGroup, RawInstance};
 use super::materials;
 use super::one_of::OneOf;
-use super::report::{Diagnostics, Read, Reported};
+use super::report::{Diagnostics, Placed, Read, Reported};
 use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
 use super::textures::{self, TextureNames};
 use super::{camera, film, light, render, shape};
 use crate::scene::check::SceneProblem;
-use crate::scene::dark_lights::{DarkLights, dark_lights};
+use crate::scene::dark_lights::{Dark, DarkLights, dark_lights};
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::mixed_media::mixed_media;
 use crate::scene::open_glass::{Warning, open_glass};
 use crate::scene::second_uv::{self, Lacking, lacking};
 use crate::scene::spelling::quote;
+use serde_json::Value as Json;
 
 /// The entire file.
 pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scene };
@@ -70,14 +72,38 @@ static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
     "[]",
     "Instances of groups in the world.",
 );
-static LIGHTS: Key<ListOf<OneOf<Light>>> =
-    Key::default("lights", ListOf(light::LIGHT), "[]", "The lights that are no surfaces.");
+static LIGHTS: Key<ListOf<WithPlace<OneOf<Light>>>> =
+    Key::default("lights", ListOf(WithPlace(light::LIGHT)), "[]", "The lights that are no surfaces.");
 static ENVIRONMENT: Key<Block<Surroundings>> = Key::default(
     "environment",
     Block { table: &environment::ENVIRONMENT_TABLE, build: environment::environment },
     "{}",
     "The radiance of rays that leave the scene.",
 );
+
+/// A form of value, read with its position.
+struct WithPlace<F>(F);
+
+impl<F: ValueForm> ValueForm for WithPlace<F> {
+    type Output = Placed<F::Output>;
+
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        diagnostics: &mut Diagnostics<'_>,
+    ) -> Result<Self::Output, Reported> {
+        Ok(Placed { at: value.span().start, value: self.0.read(key, value, diagnostics)? })
+    }
+
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        self.0.owners(key)
+    }
+
+    fn schema(&self) -> Json {
+        self.0.schema()
+    }
+}
 
 /// The places for misplaced keys, the likeliest first.
 static PLACES: &[(&str, &Table)] = &[
@@ -156,6 +182,8 @@ fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Sce
     resolved.materials.extend(of_files.materials);
     let Surroundings { radiance, picture } = environment?;
 
+    let (light_places, lights): (Vec<_>, Vec<_>) =
+        lights?.into_iter().map(|Placed { at, value }| (at, value)).unzip();
     let scene = Scene {
         film: film?,
         camera: camera?,
@@ -166,7 +194,7 @@ fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Sce
         entities,
         groups: linked_groups.groups,
         instances: linked_groups.instances,
-        lights: lights?,
+        lights,
         environment: radiance,
         environment_picture: picture,
     };
@@ -179,8 +207,12 @@ fn scene(fields: &Fields<'_, '_>, diagnostics: &mut Diagnostics<'_>) -> Read<Sce
     for Warning { first, message, help } in warnings {
         diagnostics.warn(Some(places[first]), message, help);
     }
-    for DarkLights { first, message, help } in dark_lights(&scene, quote) {
-        diagnostics.warn(first.map(|first| places[first]), message, help);
+    for DarkLights { first, message, help } in dark_lights(&scene, quote, "flip_normal") {
+        let place = match first {
+            Dark::Entity(index) => places[index],
+            Dark::Light(index) => light_places[index],
+        };
+        diagnostics.warn(Some(place), message, &help);
     }
     Ok(scene)
 }

@@ -6,6 +6,7 @@ use super::report::{Place, Read, Reported, Reports, UNREADABLE};
 use super::serialized;
 use super::shade::{Shade, Taken};
 use crate::scene::check::{Part, SceneProblem};
+use crate::scene::dark_lights::Dark;
 use crate::scene::description::{
     Entity, Group, Instance, Material, MaterialKind, Mesh, Scene, Texture, TextureKind, Textured,
 };
@@ -167,7 +168,8 @@ impl<'a, 'w> Builder<'a, 'w> {
                 .reports
                 .error(place, "Mitsuba has no tiles: the name of a file cannot contain <UDIM>"));
         }
-        let Some(name) = self.files.name(&path).to_str() else {
+        let name = self.files.name(&path);
+        let Some(name) = name.to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
         self.images.get(name).map_err(|error| match error {
@@ -321,14 +323,15 @@ impl<'a, 'w> Builder<'a, 'w> {
         }
     }
 
-    /// Checks the scene and returns it with its images. Errors have the places of the parts that cause them.
-    pub(super) fn finish(mut self) -> Read<(Scene, crate::scene::fingerprint::Sources)> {
+    /// Checks the scene and returns it with its images, and the places of its parts. Errors have the places of the parts
+    /// that cause them.
+    pub(super) fn finish(mut self) -> Read<(Scene, crate::scene::fingerprint::Sources, Places)> {
         self.scene.images = self.images.take();
         self.sort_entities();
         self.drop_unused_materials();
         let sources = self.sources();
         match self.scene.checked() {
-            Ok(scene) => Ok((scene, sources)),
+            Ok(scene) => Ok((scene, sources, self.places)),
             Err(mut problems) => {
                 // The channels of a colour have one message.
                 problems.dedup_by(|a, b| (&a.part, &a.message) == (&b.part, &b.message));
@@ -359,6 +362,15 @@ impl<'a, 'w> Builder<'a, 'w> {
 }
 
 impl Places {
+    /// The place of a light, in a checked scene.
+    pub(super) fn of_light(&self, light: Dark) -> Place {
+        let place = match light {
+            Dark::Entity(index) => self.entities.get(index),
+            Dark::Light(index) => self.lights.get(index),
+        };
+        place.copied().unwrap_or_default()
+    }
+
     fn of(&self, part: &Part) -> Place {
         let at = |places: &[Place], index: usize| places.get(index).copied().unwrap_or_default();
         match part {

@@ -49,7 +49,7 @@ mod transform;
 mod variables;
 mod xml;
 
-use self::builder::Builder;
+use self::builder::{Builder, Places};
 use self::files::Files;
 use self::object::{Document, Tag};
 use self::report::{Place, Read, Reports};
@@ -91,13 +91,13 @@ fn parse_watched(
         build(&document, options, Builder::new(&document, &mut reports, &files, meshes))
     });
     match built {
-        Ok((scene, sources, crop)) => {
+        Ok((scene, sources, crop, places)) => {
             if !scene.has_light() {
                 let help = "the picture will be black";
                 reports.warn(Place::default(), "nothing in the scene shines", Some(help.into()));
             }
-            for DarkLights { message, help, .. } in dark_lights(&scene, quote) {
-                reports.warn(Place::default(), message, Some(help.into()));
+            for DarkLights { first, message, help } in dark_lights(&scene, quote, "flip_normals") {
+                reports.warn(places.of_light(first), message, Some(help));
             }
             Ok(Loaded { scene, warnings: reports.finish(options.strict)?, sources, crop })
         }
@@ -113,7 +113,7 @@ fn build(
     document: &Document,
     options: &LoadOptions,
     mut builder: Builder<'_, '_>,
-) -> Read<(Scene, Sources, camera::Crop)> {
+) -> Read<(Scene, Sources, camera::Crop, Places)> {
     let crop = builder.sensor(options.camera.as_deref());
     let mut outcome = builder.integrator();
     let scene = builder.object(0);
@@ -130,6 +130,6 @@ fn build(
     let crop = crop?;
     outcome?;
     builder.report_unused();
-    let (scene, sources) = builder.finish()?;
-    Ok((scene, sources, crop))
+    let (scene, sources, places) = builder.finish()?;
+    Ok((scene, sources, crop, places))
 }

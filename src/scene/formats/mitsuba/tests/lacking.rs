@@ -120,3 +120,13 @@ fn a_scene_without_light_is_reported() {
         "a.xml:1:1: nothing in the scene shines; the picture will be black"
     );
 }
+
+#[test]
+fn lights_that_reach_nothing_are_reported_where_they_are() {
+    let lamp = "<shape type=\"rectangle\"><transform name=\"to_world\"><translate z=\"3\"/></transform><emitter type=\"area\"/></shape>";
+    let spot = "<emitter type=\"spot\"><transform name=\"to_world\"><lookat origin=\"0 0 4\" target=\"0 0 9\" up=\"0 1 0\"/></transform></emitter>";
+    let told = warnings(&format!("<shape type=\"sphere\"/>\n{lamp}\n<emitter type=\"point\"/>\n{spot}"));
+    let [lamp, spot] = &told[..] else { panic!("{told:?}") };
+    assert!(lamp.starts_with("a.xml:3:1: ") && lamp.contains("set flip_normals = true"), "{lamp}");
+    assert!(spot.starts_with("a.xml:5:1: light 2 is a spot"), "{spot}");
+}

@@ -79,9 +79,10 @@ Figures:
                       −0.5 on average with independent samples.
   R²                  Share of the variation of log(error) that the line
                       explains.
-  Fewer samples       Of two samplers, the ratio of the numbers of samples that
-                      lead to the last error of the worse one. Between measured
-                      numbers the error is interpolated on logarithmic axes.
+  Fewer samples       How many times fewer samples the better of two samplers
+                      needs for the error that the worse one has at its largest
+                      number of samples. Between measured numbers the error is
+                      interpolated on logarithmic axes.
   Time                With --times: mean time of a picture, from the first ray
                       to the last sample.
   ±                   Standard error over the seeds (jackknife). It covers
@@ -116,6 +117,14 @@ const REST: Which = |squares| squares.without_worst;
 struct Estimate {
     value: f64,
     deviation: Option<f64>,
+}
+
+impl Estimate {
+    /// One over the figure. To first order |d(1/r)| = dr/r².
+    fn reciprocal(self) -> Estimate {
+        let square = self.value * self.value;
+        Estimate { value: self.value.recip(), deviation: self.deviation.map(|deviation| deviation / square) }
+    }
 }
 
 impl Measured {
@@ -213,20 +222,46 @@ fn verdicts(curves: &[Curve], with_times: bool) -> String {
                 |left_out| advantage(&worst.costs(rows, cost, left_out), &other.costs(rows, cost, left_out));
             Some(Estimate { value: ratio(None)?, deviation: standard_error(seeds, |seed| ratio(Some(seed))) })
         };
-        let Some(samples) = of(SAMPLES) else { continue };
         let (name, worst_name) = (other.name(), worst.name());
-        let differs = samples.deviation.is_none_or(|deviation| samples.value - 1.0 > 2.0 * deviation);
-        let insignificantly = if differs { "" } else { "does not differ significantly: it " };
-        let time = of(TIME).filter(|_| with_times);
-        let time = time.map_or_else(String::new, |time| {
-            format!(", and by the measured times {} times less time,", describe_ratio(time))
-        });
-        lines += &format!(
-            "{name} {insignificantly}needs {} times fewer samples{time} than {worst_name} at RMS error {} ({worst_name} \
-             with {}).\n",
-            describe_ratio(samples),
+        let at = format!(
+            "RMS error {} ({worst_name} with {})",
             significant(error(worst), 4),
             counted(spp.into(), "sample per pixel", "samples per pixel")
+        );
+        let Some(samples) = of(SAMPLES) else {
+            let first = &other.rows[0];
+            let why = if first.root(ALL, None) < error(worst) {
+                let count = counted(first.spp.into(), "sample per pixel", "samples per pixel");
+                format!("{name} already has a smaller error with {count}")
+            } else {
+                format!("the errors of {name} do not give its number of samples")
+            };
+            lines += &format!("{name} is not compared with {worst_name} at {at}: {why}.\n");
+            continue;
+        };
+        let (insignificantly, unknown) = match samples.deviation {
+            Some(deviation) if samples.value - 1.0 <= 2.0 * deviation => {
+                ("does not differ significantly: it ", "")
+            }
+            Some(_) => ("", ""),
+            None => ("", "; without ± it is unknown whether the difference is significant"),
+        };
+        let time = with_times.then(|| match of(TIME) {
+            Some(time) if time.value < 1.0 => {
+                format!(
+                    "; by the measured times it takes {} times as long",
+                    describe_ratio(time.reciprocal())
+                )
+            }
+            Some(time) => {
+                format!("; by the measured times it needs {} times less time", describe_ratio(time))
+            }
+            None => "; the measured times do not give its time at that error".to_owned(),
+        });
+        lines += &format!(
+            "{name} {insignificantly}needs {} times fewer samples than {worst_name} at {at}{}{unknown}.\n",
+            describe_ratio(samples),
+            time.unwrap_or_default()
         );
     }
     lines
@@ -296,7 +331,7 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
     remarks += &match arguments.repeat {
         1 => "There is no ± with --repeat 1: it is the standard error over several seeds.\n".to_owned(),
         _ => format!(
-            "± is the standard error over {seeds}, without the error of the reference and the misfit of the line.\n"
+            "± is the standard error over {seeds}. It does not include the error of the reference or the misfit of the line.\n"
         ),
     };
     let chart = chart(&curves, &format!("{circumstances}\n{source}"), arguments.times);
@@ -478,15 +513,19 @@ mod tests {
     fn the_verdict_compares_costs_at_an_equal_error() {
         let same = [0.0; 4];
         let independent = || curve(Sampler::Independent, 1.0, 0.5, &same);
-        let at = "than independent at RMS error 0.06250 (independent with 256 samples per pixel).\n";
+        let place = "at RMS error 0.06250 (independent with 256 samples per pixel)";
+        let at = format!("than independent {place}.\n");
         let curves = [curve(Sampler::Sobol, 3.1, 1.0, &same), independent()];
         assert_eq!(verdicts(&curves, false), format!("sobol needs 3.10 ± 0.00 times fewer samples {at}"));
         // Half as fast for each sample, it takes 2/3.1 of the time.
-        let time = "and by the measured times 1.55 ± 0.00 times less time,";
-        assert_eq!(
-            verdicts(&curves, true),
-            format!("sobol needs 3.10 ± 0.00 times fewer samples, {time} {at}")
-        );
+        let timed = |time: &str| {
+            let needs = "sobol needs 3.10 ± 0.00 times fewer samples";
+            format!("{needs} than independent {place}; by the measured times it {time}.\n")
+        };
+        assert_eq!(verdicts(&curves, true), timed("needs 1.55 ± 0.00 times less time"));
+        // With ten times the time for each sample, it takes 10/3.1 of the time.
+        let curves = [curve(Sampler::Sobol, 3.1, 5.0, &same), independent()];
+        assert_eq!(verdicts(&curves, true), timed("takes 3.23 ± 0.00 times as long"));
         // A factor of 1.1 is less than its error, which is that of the mean of four shares of standard deviation 0.23.
         let noisy = curve(Sampler::Sobol, 1.1, 1.0, &[0.2, -0.2, 0.2, -0.2]);
         let said = verdicts(&[noisy, independent()], false);
@@ -497,8 +536,29 @@ mod tests {
         // Without several seeds, and without a second sampler.
         let [one, other] =
             [(Sampler::Sobol, 2.0), (Sampler::Independent, 1.0)].map(|(s, f)| curve(s, f, 1.0, &[0.0]));
-        assert!(verdicts(&[one, other], false).starts_with("sobol needs 2.00 times fewer samples than"));
+        let unknown = "without ± it is unknown whether the difference is significant";
+        assert_eq!(
+            verdicts(&[one, other], false),
+            format!("sobol needs 2.00 times fewer samples than independent {place}; {unknown}.\n")
+        );
+        // Where one sample is already better, and where all errors are zero.
+        let best = curve(Sampler::Sobol, 1000.0, 1.0, &same);
+        assert_eq!(
+            verdicts(&[best, independent()], false),
+            format!(
+                "sobol is not compared with independent {place}: sobol already has a smaller error with 1 sample per pixel.\n"
+            )
+        );
+        let exact = [Sampler::Sobol, Sampler::Independent].map(|s| curve(s, f64::INFINITY, 1.0, &same));
+        assert!(verdicts(&exact, false).contains("do not give its number of samples"));
         assert_eq!(verdicts(&[independent()], false), "");
         assert_eq!(verdicts(&[], false), "");
+    }
+
+    #[test]
+    fn a_reciprocal_has_the_error_of_its_figure() {
+        let of = |value, deviation| describe_ratio(Estimate { value, deviation }.reciprocal());
+        assert_eq!(of(0.65, Some(0.02)), "1.54 ± 0.05");
+        assert_eq!(of(0.5, None), "2.00");
     }
 }

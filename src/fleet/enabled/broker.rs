@@ -27,6 +27,7 @@ use async_nats::jetstream::{self, AckKind, Context};
 use crossbeam_channel::{Receiver, bounded};
 use futures_util::StreamExt;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::future::Future;
 use std::time::Duration;
@@ -179,7 +180,9 @@ impl Broker {
         for mut config in streams {
             loop {
                 let failed = match self.wait_for(self.context.get_or_create_stream(config.clone()))? {
-                    Ok(_) => break,
+                    Ok(stream) if has_subjects(&stream.cached_info().config, &config) => break,
+                    // Otherwise messages would get no answer, which looks like a lost connection.
+                    Ok(_) => return Err(earlier_version(&config.name)),
                     Err(error) => error.to_string(),
                 };
                 // The store has less room than that.
@@ -450,6 +453,17 @@ impl Broker {
     }
 }
 
+/// Whether a stream that was found has the wanted subjects, in any order.
+fn has_subjects(found: &Config, wanted: &Config) -> bool {
+    let sorted = |config: &Config| config.subjects.iter().cloned().collect::<BTreeSet<String>>();
+    sorted(found) == sorted(wanted)
+}
+
+fn earlier_version(name: &str) -> FleetError {
+    let what = if name == FILES { "files" } else { "messages" };
+    FleetError::Server(format!("the server has {what} of an earlier version; remove the stream {name}"))
+}
+
 fn is_without_store(why: &str) -> bool {
     ["no responders", "not enabled", "resource does not exist"].iter().any(|&words| why.contains(words))
 }
@@ -460,4 +474,21 @@ fn without_store() -> FleetError {
 
 fn queue_name(job: &str) -> String {
     format!("units-{job}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_of_an_earlier_version_are_told_by_their_subjects() {
+        let of = |subjects: &[&str]| Config {
+            subjects: subjects.iter().map(|&subject| subject.to_owned()).collect(),
+            ..Config::default()
+        };
+        assert!(has_subjects(&of(&["stride.b.>", "stride.a.>"]), &of(&["stride.a.>", "stride.b.>"])));
+        assert!(!has_subjects(&of(&["stride.file.*.*"]), &of(&["stride.file.>"])));
+        let error = earlier_version(FILES).to_string();
+        assert_eq!(error, "the server has files of an earlier version; remove the stream STRIDE_FILES");
+    }
 }

@@ -8,7 +8,7 @@
 use super::broker::{Answer, Broker, FILES};
 use super::hooks;
 use super::job::{Job, Manifest, SceneFile, now, unique};
-use super::mail::jobs;
+use super::mail::Changed;
 use super::{Stop, is_asked_to_stop};
 use crate::fleet::{FleetError, JobState};
 use data_encoding::HEXLOWER;
@@ -102,6 +102,7 @@ pub(super) fn send(
 }
 
 fn send_file(broker: &Broker, file: &SceneFile, path: &Path, stop: &Stop) -> Result<(), FleetError> {
+    discard_abandoned(broker, &file.sha256)?;
     for _ in 0..MOST_TURNS {
         match Linked::find(broker, &file.sha256)? {
             Some(linked) if linked.is_complete(broker)? => return Ok(()),
@@ -117,7 +118,6 @@ fn send_file(broker: &Broker, file: &SceneFile, path: &Path, stop: &Stop) -> Res
 
 /// Sends a file, and links it unless another submitter was faster.
 fn upload(broker: &Broker, file: &SceneFile, path: &Path, stop: &Stop) -> Result<(), FleetError> {
-    discard_abandoned(broker, &file.sha256)?;
     hooks::hold("UPLOAD");
     let upload = format!("{}-{}", now(), unique("u"));
     let parts = part_filter(&file.sha256, &upload);
@@ -190,35 +190,75 @@ fn is_old(upload: &str, now: u64) -> bool {
 /// Removes the files of a job that is over, except those that other jobs need.
 ///
 /// The links come first. Thus a job that is submitted meanwhile is either seen here, or its submitter sees that the link
-/// is missing after it has stored the job, and sends the file again.
+/// is missing after it has stored the job, and sends the file again. Files are unlinked one at a time, and linked again
+/// before the next one, so that an interruption leaves at most one without the link that another job needs. An error
+/// does not end the removal of the other files, unless the server does not answer; the first one is returned.
 pub(super) fn forget(broker: &Broker, job: &Job) -> Result<(), FleetError> {
-    let mut own: BTreeSet<&str> = job.scene.files.iter().map(|file| &*file.sha256).collect();
-    let needed = needed_by_others(broker, job)?;
-    own.retain(|sha256| !needed.contains(*sha256));
-    let mut unlinked = Vec::new();
+    let own: BTreeSet<&str> = job.scene.files.iter().map(|file| &*file.sha256).collect();
+    let mut others = Changed::default();
+    others.read(broker, |other| is_other(other, job))?;
+    let (mut unlinked, mut outcome) = (Vec::new(), Ok(()));
     for sha256 in own {
-        discard_abandoned(broker, sha256)?;
-        if let Some(linked) = Linked::find(broker, sha256)? {
-            linked.unlink(broker)?;
-            unlinked.push(linked);
+        if is_needed(&others, sha256) {
+            continue;
+        }
+        match unlink(broker, job, &mut others, sha256) {
+            Ok(linked) => unlinked.extend(linked),
+            Err(error) => {
+                // Each further request would wait for an answer, too. The files that follow stay linked.
+                let is_last = matches!(error, FleetError::Unreachable(_));
+                outcome = outcome.and(Err(error));
+                if is_last {
+                    break;
+                }
+            }
         }
     }
-    let needed = needed_by_others(broker, job)?;
     for Linked { link, sha256, .. } in unlinked {
-        let is_kept = needed.contains(&sha256)
-            && matches!(broker.store(link_subject(&sha256), link.to_bytes(), None)?, Answer::Stored(_));
-        if !is_kept {
-            broker.remove_all(FILES, &part_filter(&sha256, &link.upload))?;
+        let removed = broker.remove_all(FILES, &part_filter(&sha256, &link.upload));
+        let is_last = matches!(removed, Err(FleetError::Unreachable(_)));
+        outcome = outcome.and(removed);
+        if is_last {
+            break;
         }
     }
-    Ok(())
+    outcome
 }
 
-/// The digests of files of other jobs. Jobs that are done can be extended.
-fn needed_by_others(broker: &Broker, job: &Job) -> Result<BTreeSet<String>, FleetError> {
-    let mut others = jobs(broker)?;
-    others.retain(|other| other.id != job.id && other.state != JobState::Cancelled);
-    Ok(others.into_iter().flat_map(|other| other.scene.files).map(|file| file.sha256).collect())
+/// Unlinks a file, and links it again if another job that needs it has been submitted meanwhile. Returns it if its parts
+/// are to be removed.
+fn unlink(
+    broker: &Broker,
+    job: &Job,
+    others: &mut Changed,
+    sha256: &str,
+) -> Result<Option<Linked>, FleetError> {
+    discard_abandoned(broker, sha256)?;
+    let Some(linked) = Linked::find(broker, sha256)? else { return Ok(None) };
+    linked.unlink(broker)?;
+    let seen = others.read(broker, |other| is_other(other, job));
+    // A file of which this is not known is kept.
+    let is_kept = seen.is_err() || is_needed(others, sha256);
+    let relinked = match is_kept {
+        true => broker.store(link_subject(sha256), linked.link.to_bytes(), None),
+        false => Ok(Answer::Exists),
+    };
+    seen?;
+    // If this fails, the parts stay: the link may have been stored.
+    match relinked? {
+        Answer::Stored(_) => Ok(None),
+        // No other job needs it, or another submitter has linked an upload of its own.
+        Answer::Exists | Answer::Conflict => Ok(Some(linked)),
+    }
+}
+
+/// Whether a job is another one that may need its files. Jobs that are done can be extended.
+fn is_other(other: &Job, job: &Job) -> bool {
+    other.id != job.id && other.state != JobState::Cancelled
+}
+
+fn is_needed(others: &Changed, sha256: &str) -> bool {
+    others.jobs.iter().any(|other| other.scene.files.iter().any(|file| file.sha256 == sha256))
 }
 
 #[cfg(test)]

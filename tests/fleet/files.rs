@@ -89,7 +89,7 @@ fn films_do_not_depend_on_where_the_scene_is() {
     fs::write(place.path("scenes/m.obj"), "v 3 0 0\nv 3 1 0\nv 3 0 1\nf 1 2 3\n").unwrap();
     let text = |file: &str| {
         format!(
-            "environment = {{ radiance = [1, 1, 1] }}\nmaterials.m = {{ type = \"matte\" }}\nentities = [{{ shape = {{ type = \"mesh\", file = \"{file}\" }}, material = \"m\" }}]\n"
+            "environment = {{ radiance = [1, 1, 1] }}\nmaterials.m = {{ type = \"matte\", reflectance = [0.5, 0.5, 0.5] }}\nentities = [{{ shape = {{ type = \"mesh\", file = \"{file}\" }}, material = \"m\" }}]\n"
         )
     };
     fs::write(place.path("scenes/a.toml"), text("m.obj")).unwrap();

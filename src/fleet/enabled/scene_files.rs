@@ -313,21 +313,23 @@ mod tests {
         fs::create_dir(path("meshes")).unwrap();
         let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
         write("m.obj", obj);
+        write("meshes/n.obj", obj);
         write("red.mtl", "newmtl red\nKd 1 0 0\n");
         image::RgbImage::new(1, 1).save(path("p.png")).unwrap();
         write("inner.xml", "<scene version=\"3.0.0\"/>");
         let own = |file: &str| {
             format!(
-                "materials.m = {{ type = \"matte\" }}\n[[entities]]\nshape = {{ type = \"mesh\", {file} }}\nmaterial = \"m\"\n"
+                "materials.m = {{ type = \"matte\", reflectance = [0.5, 0.5, 0.5] }}\n[[entities]]\nshape = {{ type = \"mesh\", {file} }}\nmaterial = \"m\"\n"
             )
         };
-        let xml = |body: String| format!("<scene version=\"3.0.0\">{body}</scene>");
+        let xml =
+            |body: String| format!("<scene version=\"3.0.0\"><sensor type=\"perspective\"/>{body}</scene>");
         let shape =
             |file: &str| format!("<shape type=\"obj\"><string name=\"filename\" value=\"{file}\"/></shape>");
         let picture = |file: &str| format!("[environment]\nfile = \"{file}\"\n");
         let library = |file: &str| {
             write("library.obj", &format!("mtllib {file}\n{obj}"));
-            own("file = \"library.obj\", materials = \"file\"").replace("material = \"m\"\n", "")
+            own("file = \"library.obj\", materials = \"file\"")
         };
         type Scene<'a> = &'a dyn Fn(&str) -> String;
         let scenes: [(&str, &str, Scene<'_>); 6] = [
@@ -336,7 +338,7 @@ mod tests {
             ("a.toml", "red.mtl", &library),
             ("a.xml", "m.obj", &|file| xml(shape(file))),
             ("a.xml", "inner.xml", &|file| xml(format!("<include filename=\"{file}\"/>"))),
-            ("a.xml", "meshes", &|file| xml(format!("<path value=\"{file}\"/>{}", shape("m.obj")))),
+            ("a.xml", "meshes", &|file| xml(format!("<path value=\"{file}\"/>{}", shape("n.obj")))),
         ];
         for (scene, name, text) in scenes {
             // Negative control: the name alone.
@@ -348,6 +350,9 @@ mod tests {
             let error = load().map(drop).unwrap_err().to_string();
             assert!(error.contains("absolute path") && error.contains(name), "{error}");
         }
+        // A folder from which no file comes.
+        write("a.xml", &xml(format!("<path value=\"{}\"/>{}", path("meshes"), shape("m.obj"))));
+        assert!(load_with_files(Path::new(&path("a.xml")), &LoadOptions::default()).is_ok());
     }
 
     #[test]

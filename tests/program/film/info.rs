@@ -81,7 +81,7 @@ fn films_do_not_depend_on_how_the_path_of_the_scene_is_spelt() {
             <texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"p.png\"/></texture>
         </bsdf></shape></scene>";
     for (name, text, own) in
-        [("a.toml", own, &["m.obj;", "../n.obj;", "p.png;"][..]), ("a.xml", foreign, &["m.obj;", "p.png;"])]
+        [("a.toml", own, &["m.obj;", "../n.obj;", "p.png;"][..]), ("a.xml", foreign, &["m.obj 0;", "p.png;"])]
     {
         write(&format!("scenes/{name}"), text);
         let film = |folder: &Path, scene: &str| {

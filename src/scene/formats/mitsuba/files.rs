@@ -17,7 +17,8 @@ pub(super) struct Folders(Arc<List>);
 
 #[derive(Debug)]
 struct List {
-    folder: PathBuf,
+    /// Relative to the scene's folder, or absolute if the scene names it so.
+    name: PathBuf,
     rest: Option<Folders>,
     length: usize,
 }
@@ -32,9 +33,10 @@ impl Folders {
         Arc::as_ptr(&self.0).addr()
     }
 
+    /// The names of the folders.
     fn iter(&self) -> impl Iterator<Item = &Path> {
         let lists = std::iter::successors(Some(self), |list| list.0.rest.as_ref());
-        lists.map(|list| list.0.folder.as_path())
+        lists.map(|list| list.0.name.as_path())
     }
 }
 
@@ -52,12 +54,14 @@ pub(super) struct Files {
     /// The same with symbolic links resolved; none if it does not exist, and then no file may be read.
     root: Option<PathBuf>,
     allow_outside: bool,
-    /// Each list, by its first folder and the address of the rest. Equal lists have the same address.
+    /// Each list, by the name of its first folder and the address of the rest. Equal lists have the same address.
     lists: RefCell<HashMap<(PathBuf, usize), Folders>>,
     /// The result of searching for a name in a list of folders.
     found: RefCell<HashMap<(usize, String), Found>>,
     /// The first path by which a file was found, by its resolved path and the name in the scene.
     paths: RefCell<HashMap<(PathBuf, OsString), Arc<Path>>>,
+    /// The names of these paths.
+    names: RefCell<HashMap<Arc<Path>, PathBuf>>,
 }
 
 impl Files {
@@ -66,9 +70,9 @@ impl Files {
         let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
         let real = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
         let root = real.canonicalize().ok();
-        let (lists, found, paths) = Default::default();
-        let files = Files { folder, root, allow_outside, lists, found, paths };
-        let own = files.list(files.folder.clone(), None);
+        let (lists, found, paths, names) = Default::default();
+        let files = Files { folder, root, allow_outside, lists, found, paths, names };
+        let own = files.list(PathBuf::new(), None);
         (files, own)
     }
 
@@ -77,21 +81,22 @@ impl Files {
         &self.folder
     }
 
-    /// The name of a file that was found, relative to the scene's folder, so that it does not depend on the path of the
-    /// scene. An absolute path if the scene names the file by one.
-    pub(super) fn name<'p>(&self, path: &'p Path) -> &'p Path {
-        path.strip_prefix(&self.folder).unwrap_or(path)
+    /// The name of a file that was found, or of the scene itself: relative to the scene's folder, or absolute if the
+    /// scene names the file or its folder so. It does not depend on the path of the scene.
+    pub(super) fn name(&self, path: &Path) -> PathBuf {
+        let known = self.names.borrow().get(path).cloned();
+        known.unwrap_or_else(|| path.strip_prefix(&self.folder).unwrap_or(path).to_path_buf())
     }
 
-    /// The list with one more folder before it.
-    pub(super) fn before(&self, folder: PathBuf, rest: &Folders) -> Folders {
-        if rest.0.folder == folder { rest.clone() } else { self.list(folder, Some(rest)) }
+    /// The list with one more folder before it, which is named relative to the scene's folder, or absolutely.
+    pub(super) fn before(&self, name: PathBuf, rest: &Folders) -> Folders {
+        if rest.0.name == name { rest.clone() } else { self.list(name, Some(rest)) }
     }
 
-    fn list(&self, folder: PathBuf, rest: Option<&Folders>) -> Folders {
+    fn list(&self, name: PathBuf, rest: Option<&Folders>) -> Folders {
         let length = rest.map_or(0, Folders::count) + 1;
-        let key = (folder.clone(), rest.map_or(0, Folders::address));
-        let made = || Folders(Arc::new(List { folder, rest: rest.cloned(), length }));
+        let key = (name.clone(), rest.map_or(0, Folders::address));
+        let made = || Folders(Arc::new(List { name, rest: rest.cloned(), length }));
         self.lists.borrow_mut().entry(key).or_insert_with(made).clone()
     }
 
@@ -108,12 +113,12 @@ impl Files {
     }
 
     fn look_for(&self, name: &str, folders: &Folders) -> Result<Arc<Path>, Refusal> {
-        let mut candidates = folders.iter().map(|folder| access::named(folder, name));
-        let found = candidates.find_map(|path| {
+        let found = folders.iter().find_map(|folder| {
+            let path = access::named(&self.folder.join(folder), name);
             let real = path.canonicalize().ok()?;
-            Some((path, real))
+            Some((path, real, folder))
         });
-        let Some((path, real)) = found else {
+        let Some((path, real, folder)) = found else {
             let message = format!(
                 "there is no file {} in the scene's folder, nor where <path> points",
                 quote_end(name)
@@ -129,10 +134,19 @@ impl Files {
             let message = format!("{} is a pointer of Git LFS, not the file itself", quote_end(name));
             return Err((message, Some("run \"git lfs pull\" in its repository".into())));
         }
+        // Records the folder if its name is absolute. Folders from which no file comes need not exist elsewhere.
+        if let Some(folder) = folder.to_str() {
+            access::named(&self.folder, folder);
+        }
         // The extension is that of the link, not of its target.
         let called = path.file_name().unwrap_or_default().to_owned();
         let mut paths = self.paths.borrow_mut();
-        Ok(Arc::clone(paths.entry((real, called)).or_insert_with(|| path.into())))
+        let first = paths.entry((real, called)).or_insert_with(|| {
+            let path: Arc<Path> = path.into();
+            self.names.borrow_mut().insert(Arc::clone(&path), folder.join(name));
+            path
+        });
+        Ok(Arc::clone(first))
     }
 }
 
@@ -203,6 +217,49 @@ mod tests {
         {
             assert_eq!(files.find(name, folders).as_ref(), Ok(&plain), "{name}");
         }
+    }
+
+    #[test]
+    fn names_are_those_of_the_scene_for_every_spelling_of_its_path() {
+        let outer = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(outer.path().join("b")).expect("made");
+        for file in ["a.ply", "c.ply", "b/d.ply", "b/e.ply"] {
+            std::fs::write(outer.path().join(file), "").expect("written");
+        }
+        let (absolute, below) = (outer.path().join("a.ply"), outer.path().join("b"));
+        for scene in ["a.xml", "b/../a.xml"] {
+            let (files, own) = Files::of(&outer.path().join(scene), false);
+            let name = |name: &str, folders: &Folders| {
+                let path = files.find(name, folders).expect("a file");
+                let found = files.name(&path);
+                assert_eq!(files.folder().join(&found), *path);
+                found
+            };
+            assert_eq!(files.name(&outer.path().join(scene)), Path::new("a.xml"));
+            assert_eq!(name(absolute.to_str().unwrap(), &own), absolute);
+            assert_eq!(name("c.ply", &own), Path::new("c.ply"));
+            assert_eq!(name("d.ply", &files.before("b".into(), &own)), Path::new("b/d.ply"));
+            assert_eq!(name("e.ply", &files.before(below.clone(), &own)), below.join("e.ply"));
+        }
+    }
+
+    #[test]
+    fn folders_with_absolute_names_are_listed_if_a_file_comes_from_them() {
+        let outer = tempfile::tempdir().expect("a folder");
+        let below = outer.path().join("b");
+        std::fs::create_dir(&below).expect("made");
+        for file in ["a.ply", "b/d.ply"] {
+            std::fs::write(outer.path().join(file), "").expect("written");
+        }
+        let (files, own) = Files::of(&outer.path().join("a.xml"), false);
+        let folders = files.before(below.clone(), &own);
+        let absolute = |name: &str| {
+            let (found, files) = access::watched(None, || files.find(name, &folders)).expect("a folder");
+            assert!(found.is_ok(), "{name}");
+            files.absolute
+        };
+        assert!(absolute("a.ply").is_empty());
+        assert_eq!(absolute("d.ply"), [below.to_str().unwrap()]);
     }
 
     #[cfg(unix)]

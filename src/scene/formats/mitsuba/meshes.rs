@@ -98,7 +98,8 @@ impl Builder<'_, '_> {
     }
 
     fn mesh_of_cache(&mut self, path: &Path, place: Place) -> Read<Option<Arc<Mesh>>> {
-        let Some(name) = self.files.name(path).to_str() else {
+        let name = self.files.name(path);
+        let Some(name) = name.to_str() else {
             return Err(self.reports.error(place, "the path of this file is not UTF-8"));
         };
         match self.meshes.get(name, Split::Whole) {

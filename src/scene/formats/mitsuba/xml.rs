@@ -15,12 +15,11 @@ use super::text::{number, triple};
 use super::transform;
 use super::variables::Variables;
 use crate::scene::spelling::{instead, quote, shorten};
-use crate::texture::access;
 use glam::DMat4;
 use roxmltree::{Node, ParsingOptions};
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Elements that are not objects.
@@ -445,9 +444,9 @@ impl Parser<'_> {
         if parent != 0 {
             return Err(self.reports.error(element.place, "<path> must be a child of <scene>"));
         }
-        let folder = self.reports.path(element.place.file).parent().unwrap_or(Path::new(""));
-        let own = access::named(folder, value);
-        self.look_first_in(&own, element.place)
+        let own = self.files.name(self.reports.path(element.place.file));
+        let folder = own.parent().unwrap_or(Path::new("")).join(value);
+        self.look_first_in(folder, element.place)
     }
 
     fn include(&mut self, element: &Element<'_>, parent: usize, name: &str, depth: usize) -> Read<()> {
@@ -466,19 +465,20 @@ impl Parser<'_> {
         }
         self.reports.included_by(index, element.place.file);
         let before = self.folders.clone();
-        self.look_first_in(path.parent().unwrap_or(Path::new("")), element.place)?;
+        let own = self.files.name(&path);
+        self.look_first_in(own.parent().unwrap_or(Path::new("")).to_path_buf(), element.place)?;
         let outcome = self.file(text, Place { file: index, at: 0 }, Some((parent, name)), depth);
         self.folders = before;
         outcome
     }
 
-    /// Adds a folder, which is searched first.
-    fn look_first_in(&mut self, folder: &Path, place: Place) -> Read<()> {
+    /// Adds a folder by its name, which is searched first.
+    fn look_first_in(&mut self, folder: PathBuf, place: Place) -> Read<()> {
         if self.folders.count() >= MOST_FOLDERS {
             let message = format!("files are searched for in more than {MOST_FOLDERS} folders");
             return Err(self.reports.error(place, message));
         }
-        self.folders = self.files.before(folder.to_path_buf(), &self.folders);
+        self.folders = self.files.before(folder, &self.folders);
         Ok(())
     }
 

@@ -19,7 +19,8 @@ use crate::texture::uses_of_second_uv;
 
 /// The meshes that a scene was read from, in any order, each with the names of its file and part.
 ///
-/// Messages use these names, which do not depend on the path of the scene. Files that mesh files refer to, with colours or buffers, count by the resulting values.
+/// Messages use these names, which do not depend on the path of the scene. Files that mesh files refer to, with colours
+/// or buffers, count by the resulting values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sources(pub Vec<(String, Arc<Mesh>)>);
 

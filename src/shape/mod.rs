@@ -226,5 +226,6 @@ pub(crate) mod samples {
     use std::sync::Arc;
     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/shapes.rs"));
 }
+
 #[cfg(test)]
 mod tests;

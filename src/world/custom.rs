@@ -1,5 +1,5 @@
-//! Hits on custom shapes. They are completed lane by lane in separate functions, so that
-//! the paths of other scenes contain no code for them.
+//! Hits on custom shapes. They are completed lane by lane in separate functions, so that the paths of other scenes
+//! contain no code for them.
 
 use super::attributes::SurfaceAttributes;
 use crate::math::lanes::scalar::Wrapping;

@@ -204,8 +204,8 @@ impl World {
         F::device(&Intersect(self), (*ray, active))
     }
 
-    /// [`Self::intersect`] in a function of its own, which is compiled once for each level, for all rays but those of
-    /// paths.
+    /// [`Self::intersect`] in a function of its own, which is compiled once for each level: for rays that few scenes or
+    /// few renders have, such as shadow rays through holes and those of layers.
     #[inline(always)]
     pub fn intersect_apart<F: Float>(&self, ray: &Ray<F>, active: F::Mask) -> Hit<F> {
         let ray = *ray;

@@ -89,7 +89,7 @@ pub fn local(fleet: &LocalFleet, stop: &Stop, tell: Tell<'_>) -> Result<(), Flee
         let arguments: Vec<&OsStr> = fixed.iter().map(OsStr::new).chain([cache.as_os_str()]).collect();
         keepers.start(own.as_os_str(), &arguments)?;
     }
-    tell(Notice::Line(format!("{} workers with {threads} threads each, server {url}", fleet.workers)));
+    tell(Notice::Line(format!("{} workers with --threads {threads}, server {url}", fleet.workers)));
     let server = Server { url, ..Server::default() };
     submit_with(&server, &fleet.submission, OnStop::End, stop, tell).map(drop)
 }

@@ -370,13 +370,13 @@ pub trait LaneFloat: Float<Uint: LaneUint, Mask: LaneMask> {
     /// Runs a program with these lanes in a separate function, for code that is too large to be inlined at every call.
     /// The function is compiled for the level's instructions, as those of [`dispatch`](super::dispatch) are.
     fn outlined<K: Kernel>(kernel: K) -> K::Output;
-    /// The same for a program that uses [`Self::Octet`] alone, such as one that treats one lane after the other: it is
+    /// Like [`Self::outlined`], for a program that uses [`Self::Octet`] alone, such as one that treats one lane after the other: it is
     /// compiled once for the levels that have the same octets.
     #[inline(always)]
     fn with_octets<K: Kernel>(kernel: K) -> K::Output {
         <Self::Octet as LaneFloat>::outlined(kernel)
     }
-    /// The same for code that most scenes do not run: the code around the call is laid out for paths without it.
+    /// Like [`Self::outlined`], for code that most scenes do not run: the code around the call is laid out for paths without it.
     fn seldom<K: Kernel>(kernel: K) -> K::Output;
 }
 

@@ -115,7 +115,7 @@ mod tests {
         let in_group = bounded.clone().into_iter().map(|(name, shape)| (name, shape, Some(0)));
         let alone = bounded.into_iter().chain(unbounded_samples()).map(|(name, shape)| (name, shape, None));
         let mut wrong = 0;
-        for (name, shape, within) in alone.chain(in_group) {
+        for (_name, shape, within) in alone.chain(in_group) {
             let (tables, world) = seen(shape, within);
             let (mut compared, mut off) = (0, 0);
             for i in 0..400 {

@@ -4,6 +4,7 @@
     cargo build --release --features fleet
     benches/fleet.py [--program target/release/stride] [--sizes 1920x1080,3840x2160] [--units 4,12]
     benches/fleet.py --pairs 3    two workers of one thread against a render of two threads, in turns: 4 minutes on two cores
+    benches/fleet.py --pairs 1 --spp 4096 --unit 30s    the same for a longer job and longer units: six minutes
     benches/fleet.py --try        tiny pictures: shows that the script works
 
 Starts nats-server on a free port of this machine. A job of units of one sample is rendered by one worker while nobody
@@ -26,6 +27,7 @@ parser.add_argument("--units", default="4,12")
 parser.add_argument("--pairs", type=int, default=0)
 parser.add_argument("--size", default="640x360")
 parser.add_argument("--spp", default="768")
+parser.add_argument("--unit", default="10s")
 parser.add_argument("--try", dest="short", action="store_true")
 arguments = parser.parse_args()
 if arguments.short:
@@ -130,7 +132,7 @@ def render_by_two(folder):
         threading.Thread(target=worker.stderr.read, daemon=True).start()
     start = time.monotonic()
     process = subprocess.Popen(fleet.stride("submit", SCENE, "-q", "--size", arguments.size, "--spp", arguments.spp,
-                                            "-o", "two.exr", "--cache", "cache"), cwd=folder)
+                                            "--unit", arguments.unit, "-o", "two.exr", "--cache", "cache"), cwd=folder)
     collector = seconds_of(process)
     took = time.monotonic() - start
     for worker in workers:

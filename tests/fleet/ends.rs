@@ -9,7 +9,7 @@ fn ctrl_c_leaves_a_job_on_the_server_and_is_an_error_without_the_files() {
     }
     let place = Place::start(&[]);
     let scene = cover();
-    // Nobody renders it before that.
+    // There is no worker yet.
     let mut submit =
         place.watch(&["submit", &scene, "--size", SIZE, "--spp", "3", "--film", "i.film", "-o", "i.exr"]);
     submit.hear("is on the server");

@@ -117,8 +117,8 @@ pub(crate) fn dispatch_paths<K: Kernel>(level: Level, kernel: K) -> K::Output {
     return kernel.run::<f32>();
 }
 
-/// Runs a program on paths that is a small part of the time of a render: with four or eight lanes, as compiling it for
-/// one and for sixteen takes longer than these levels gain. For unit tests, see [`dispatch_paths`].
+/// Runs a program that takes a small part of the time of a render. It is compiled for four and for eight lanes only, and
+/// the other levels run the nearer of these: the bits are the same. For unit tests, see [`dispatch_paths`].
 #[allow(unsafe_code, reason = "entering code compiled for more than the baseline processor")]
 pub(crate) fn dispatch_minor<K: Kernel>(level: Level, kernel: K) -> K::Output {
     #[cfg(test)]

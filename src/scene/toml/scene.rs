@@ -3,12 +3,11 @@
 use super::declared::Values;
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
 use super::environment::{self, Surroundings};
-use super::form::{Value, ValueForm};
 use super::groups::{self, RawGroup, RawInstance};
 use super::materials;
 use super::one_of::OneOf;
 use super::report::{Diagnostics, Placed, Read, Reported};
-use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
+use super::table::{At, Block, Fields, Key, ListOf, MapOf, Table};
 use super::textures::{self, TextureNames};
 use super::{camera, film, light, render, shape};
 use crate::scene::check::SceneProblem;
@@ -18,7 +17,6 @@ use crate::scene::mixed_media::mixed_media;
 use crate::scene::open_glass::{Warning, open_glass};
 use crate::scene::second_uv::{self, Lacking, lacking};
 use crate::scene::spelling::quote;
-use serde_json::Value as Json;
 
 /// The entire file.
 pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scene };
@@ -72,38 +70,14 @@ static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
     "[]",
     "Instances of groups in the world.",
 );
-static LIGHTS: Key<ListOf<WithPlace<OneOf<Light>>>> =
-    Key::default("lights", ListOf(WithPlace(light::LIGHT)), "[]", "The lights that are no surfaces.");
+static LIGHTS: Key<ListOf<At<OneOf<Light>>>> =
+    Key::default("lights", ListOf(At(light::LIGHT)), "[]", "The lights that are no surfaces.");
 static ENVIRONMENT: Key<Block<Surroundings>> = Key::default(
     "environment",
     Block { table: &environment::ENVIRONMENT_TABLE, build: environment::environment },
     "{}",
     "The radiance of rays that leave the scene.",
 );
-
-/// A form of value, read with its position.
-struct WithPlace<F>(F);
-
-impl<F: ValueForm> ValueForm for WithPlace<F> {
-    type Output = Placed<F::Output>;
-
-    fn read(
-        &self,
-        key: &str,
-        value: &Value<'_>,
-        diagnostics: &mut Diagnostics<'_>,
-    ) -> Result<Self::Output, Reported> {
-        Ok(Placed { at: value.span().start, value: self.0.read(key, value, diagnostics)? })
-    }
-
-    fn owners(&self, key: &str) -> Vec<&'static str> {
-        self.0.owners(key)
-    }
-
-    fn schema(&self) -> Json {
-        self.0.schema()
-    }
-}
 
 /// The places for misplaced keys, the likeliest first.
 static PLACES: &[(&str, &Table)] = &[

@@ -464,6 +464,10 @@ impl<F: ValueForm> ValueForm for At<F> {
         Ok(Placed { at: value.span().start, value: self.0.read(key, value, diagnostics)? })
     }
 
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        self.0.owners(key)
+    }
+
     fn schema(&self) -> Json {
         self.0.schema()
     }
